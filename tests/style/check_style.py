@@ -1,0 +1,237 @@
+#!/usr/bin/env python3
+"""Rules of docs/architecture.md that a compiler does not enforce. Usage: check_style.py ROOT
+
+Prints one line per fault, "file:line: sentence", and exits 1 if there is any.
+"""
+
+import pathlib
+import re
+import sys
+
+# --- rule 1: a file includes only its own module and modules before it --------------------------------------------------
+
+LAYERS = ["base", "config", "material", "particle", "kernel", "domain", "solver", "io", "scene", "simulation", "drivers"]
+
+# (including file below include/bulkley or src, included header): why it may. An exception that nothing needs is a fault.
+LAYER_EXCEPTIONS = {
+    ("particle/seeding.hpp", "kernel/tile.hpp"):
+        "the grid's index arithmetic: a particle's id follows from its cell, and a rank seeds its own tiles",
+}
+
+# Modules (and single headers of later modules) that are built without MPI, PETSc or HDF5.
+CORE_LAYERS = {"base", "config", "material", "particle", "kernel", "scene"}
+NOT_CORE = {"base/parallel", "base/petsc", "base/log"}
+CORE_HEADERS_OF_LATER_LAYERS = re.compile(r"^(domain|solver|io)/(settings|time_step|\w+_keys)\.hpp$")
+PARALLEL_HEADERS = re.compile(r"^(mpi\.h|petsc\w*\.h|hdf5\w*\.h|H5\w*\.h)$")
+
+# --- rule 2: every call of MPI, PETSc or HDF5 is checked ---------------------------------------------------------------------
+# MPI and PETSc: inside the checking macro. HDF5: its result must at least be used, because a reader turns failures into
+# sentences of its own; a call that is a statement by itself drops it.
+
+CALL = re.compile(r"\b(P?MPI_[A-Z]\w*|Petsc[A-Z]\w*|DM[A-Z]\w*|Vec[A-Z]\w*|IS[A-Z][a-z]\w*|AO[A-Z][a-z]\w*|H5[A-Z]{1,2}\w*)\s*\(")
+CHECKING_MACRO = re.compile(r"\bBULKLEY_(MPI|PETSC|HDF5)\w*\s*$")
+STATEMENT_START = re.compile(r"(^|[;{})]|\belse)\s*\Z")  # also after "(void)" and "if (...)"
+# Calls without an error to check, and names that only look like calls.
+NO_ERROR_TO_CHECK = {
+    "MPI_Wtime": "returns the time",
+    "MPI_Abort": "does not return",
+    "PetscHandle": "a type of ours",
+    "PetscErrorCode": "a type, in the signature of a function pointer",
+    "VecHandle": "a type of ours",
+    "H5Eset_auto2": "sets up HDF5's own error reporting",
+    "H5Ewalk2": "reads the stack of errors",
+}
+# The code that reports a failed call and ends all ranks cannot check its own calls that way. (file, name): why.
+# An exception that nothing needs is a fault.
+SITE_EXCEPTIONS = {
+    ("src/base/parallel.cpp", "MPI_Error_string"): "part of reporting a failed call",
+    ("src/base/parallel.cpp", "MPI_Initialized"): "part of ending all ranks",
+    ("src/base/parallel.cpp", "MPI_Finalized"): "part of ending all ranks",
+    ("src/base/parallel.cpp", "MPI_Comm_rank"): "part of ending all ranks",
+    ("src/base/parallel.cpp", "PETSC_COMM_WORLD"): "an abort must reach all ranks, whatever communicator is at hand",
+    ("src/base/petsc.cpp", "PetscErrorMessage"): "part of reporting a failed call",
+    ("drivers/version.cpp", "PetscGetVersion"): "compared by hand: a missing version text is no reason to end",
+    ("drivers/version.cpp", "MPI_Get_library_version"): "compared by hand: a missing version text is no reason to end",
+    ("drivers/bulkley.cpp", "PetscInitialize"): "compared by hand: the macro's abort needs an initialised PETSc",
+}
+
+# --- the other rules --------------------------------------------------------------------------------------------------------
+
+WORLD = re.compile(r"\b(MPI_COMM_WORLD|PETSC_COMM_WORLD)\b")
+USING_NAMESPACE = re.compile(r"^using\s+namespace\b")  # not indented: at namespace scope; within a function it does no harm
+INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]')
+LARGEST_FILE = 500
+# Paths of one person's machine.
+MACHINE_PATHS = re.compile(r"(?<![\w.])/(work|root|tmp/build_|home/[a-z])")
+TEXT_FILES = {".hpp", ".cpp", ".h", ".c", ".py", ".sh", ".cmake", ".txt", ".md", ".toml", ".json", ".cff", ".in"}
+FOLDERS = ["include", "src", "drivers", "tests", "cluster", "docs", ".ci"]
+
+
+def without_comments(text):
+    """`text` with comments and the contents of strings blanked out, line breaks kept."""
+    pattern = re.compile(r'//[^\n]*|/\*.*?\*/|R"\((?:.*?)\)"|"(?:\\.|[^"\\\n])*"|(?<![0-9a-fA-F])\'(?:\\.|[^\'\\\n])\'', re.DOTALL)
+    return pattern.sub(lambda match: re.sub(r"[^\n]", " ", match.group()), text)
+
+
+def line_of(text, position):
+    return text.count("\n", 0, position) + 1
+
+
+def layer_of(path):
+    """Module of a source file given relative to the root, and its name below include/bulkley or src."""
+    parts = path.parts
+    if parts[0] == "drivers":
+        return "drivers", "/".join(parts)
+    inner = parts[2:] if parts[0] == "include" else parts[1:]
+    name = "/".join(inner)
+    return header_layer(name), name
+
+
+def header_layer(name):
+    """Module of a header or source given below include/bulkley or src: its folder; outside one, scene or simulation."""
+    if "/" in name:
+        return name.split("/")[0]
+    return "scene" if name.startswith("scene") else "simulation"
+
+
+def is_core(name):
+    stem = name.rsplit(".", 1)[0]
+    return (header_layer(name) in CORE_LAYERS and stem not in NOT_CORE) or bool(CORE_HEADERS_OF_LATER_LAYERS.match(name))
+
+
+def includes(text):
+    for number, line in enumerate(text.splitlines(), 1):
+        match = INCLUDE.match(line)
+        if match:
+            yield number, match.group(1)
+
+
+def is_excepted(path, name, used_exceptions):
+    used_exceptions.add((path.as_posix(), name))
+    return (path.as_posix(), name) in SITE_EXCEPTIONS
+
+
+def check_layers(path, text, used_exceptions):
+    layer, name = layer_of(path)
+    if layer not in LAYERS:
+        yield 1, f"stands in no module of the list {', '.join(LAYERS)}"
+        return
+    for line, header in includes(text):
+        if PARALLEL_HEADERS.match(header) and is_core(name):
+            yield line, f"core module '{layer}' includes {header}"
+        if not header.startswith("bulkley/") or header == "bulkley/version.hpp":
+            continue
+        header = header[len("bulkley/"):]
+        if is_core(name) and not is_core(header):
+            yield line, f"core file includes {header}, which needs MPI, PETSc or HDF5"
+        other = header_layer(header)
+        if other not in LAYERS:
+            yield line, f"includes {header}, which stands in no module"
+        elif LAYERS.index(other) > LAYERS.index(layer):
+            if (name, header) in LAYER_EXCEPTIONS:
+                used_exceptions.add((name, header))
+            else:
+                yield line, f"module '{layer}' includes {header} of the later module '{other}'"
+
+
+def check_bare_calls(path, text, used_exceptions):
+    code = without_comments(text)
+    code = re.sub(r"^[ \t]*#[ \t]*define[^\n]*", lambda m: " " * len(m.group()), code, flags=re.MULTILINE)
+    for match in CALL.finditer(code):
+        name = match.group(1)
+        if name in NO_ERROR_TO_CHECK or inside_checking_macro(code, match.start()):
+            continue
+        if name.startswith("H5"):
+            if STATEMENT_START.search(code, max(0, match.start() - 200), match.start()):
+                yield line_of(code, match.start()), f"the result of {name} is dropped"
+        elif not is_excepted(path, name, used_exceptions):
+            yield line_of(code, match.start()), f"{name} is called outside a checking macro such as BULKLEY_MPI(...)"
+
+
+def inside_checking_macro(code, position):
+    """Walks outwards through the parentheses that are open at `position`, up to the statement's start."""
+    depth = 0
+    for at in range(position - 1, -1, -1):
+        character = code[at]
+        if character == ")":
+            depth += 1
+        elif character == "(":
+            if depth == 0 and CHECKING_MACRO.search(code, max(0, at - 40), at):
+                return True
+            depth = max(0, depth - 1)
+        elif character in ";{}" and depth == 0:
+            return False
+    return False
+
+
+def check_world(path, text, used_exceptions):
+    if path.parts[0] in ("drivers", "tests"):
+        return
+    for number, line in enumerate(without_comments(text).splitlines(), 1):
+        match = WORLD.search(line)
+        if match and not is_excepted(path, match.group(), used_exceptions):
+            yield number, "the world communicator is for drivers and tests only; take a Comm"
+
+
+def check_header(text):
+    first_code = next((line.strip() for line in text.splitlines() if line.strip() and not line.startswith("//")), "")
+    if first_code != "#pragma once":
+        yield 1, "a header begins with #pragma once"
+    for number, line in enumerate(without_comments(text).splitlines(), 1):
+        if USING_NAMESPACE.match(line):
+            yield number, "no 'using namespace' in a header outside functions"
+
+
+def check_text(text):
+    lines = text.splitlines()
+    for number, line in enumerate(lines, 1):
+        if MACHINE_PATHS.search(line):
+            yield number, "names a path of one machine"
+
+
+def text_files(root):
+    for folder in FOLDERS:
+        yield from (p for p in sorted((root / folder).rglob("*")) if p.is_file() and "__pycache__" not in p.parts)
+    yield from (p for p in sorted(root.iterdir()) if p.is_file())
+
+
+def check_tree(root):
+    """All faults of the tree below `root` as (path, line, sentence)."""
+    used_exceptions = set()
+    own_folder = pathlib.Path("tests/style")  # its self-test is made of faults
+    for file in text_files(root):
+        path = file.relative_to(root)
+        if path.suffix not in TEXT_FILES and path.suffix:
+            continue
+        if own_folder in path.parents:
+            continue
+        text = file.read_text(encoding="utf-8", errors="replace")
+        faults = list(check_text(text))
+        if path.suffix in (".hpp", ".cpp"):
+            if len(text.splitlines()) > LARGEST_FILE:
+                faults.append((LARGEST_FILE + 1, f"more than {LARGEST_FILE} lines: split the file"))
+            faults += check_world(path, text, used_exceptions)
+            if path.suffix == ".hpp":
+                faults += check_header(text)
+            if path.parts[0] in ("include", "src", "drivers"):
+                faults += check_layers(path, text, used_exceptions)
+                faults += check_bare_calls(path, text, used_exceptions)
+        for line, sentence in faults:
+            yield path, line, sentence
+    for name, other in sorted((set(LAYER_EXCEPTIONS) | set(SITE_EXCEPTIONS)) - used_exceptions):
+        yield own_folder / "check_style.py", 1, f"the exception for {other} in {name} is not needed any more"
+
+
+def main():
+    if len(sys.argv) != 2:
+        sys.exit("usage: check_style.py ROOT")
+    root = pathlib.Path(sys.argv[1]).resolve()
+    faults = list(check_tree(root))
+    for path, line, sentence in faults:
+        print(f"{path}:{line}: {sentence}")
+    print(f"{len(faults)} faults")
+    return 1 if faults else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

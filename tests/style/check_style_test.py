@@ -1,0 +1,103 @@
+#!/usr/bin/env python3
+"""Each rule of check_style.py catches a snippet that breaks it, and lets the corrected snippet pass."""
+
+import pathlib
+import tempfile
+import unittest
+
+import check_style
+
+# A tree that breaks no rule and needs every exception.
+GOOD = {
+    "src/base/parallel.cpp": "void abort() {\n  MPI_Error_string(a);\n  MPI_Initialized(&b);\n  MPI_Finalized(&c);\n"
+                             "  MPI_Comm_rank(PETSC_COMM_WORLD, &d);\n}\n",
+    "src/base/petsc.cpp": "void report() {\n  PetscErrorMessage(code, &text, &detail);\n}\n",
+    "include/bulkley/particle/seeding.hpp": '#pragma once\n#include "bulkley/kernel/tile.hpp"\n',
+    "include/bulkley/kernel/tile.hpp": '// Index arithmetic.\n#pragma once\n#include "bulkley/base/types.hpp"\n',
+    "src/domain/exchange.cpp": "#include <mpi.h>\nvoid f() {\n  BULKLEY_MPI(MPI_Send(a, (b), g(c),\n                       d));\n}\n",
+    "drivers/version.cpp": "bool f() {\n  return PetscGetVersion(a, 9) != 0 || MPI_Get_library_version(b, &n) != 0;\n}\n",
+    "drivers/bulkley.cpp": '#include "bulkley/simulation.hpp"\n#include "bulkley/version.hpp"\nComm comm(MPI_COMM_WORLD);\n'
+                           "int main() {\n  if (PetscInitialize(&n, &v) != 0) return 3;\n}\n",
+}
+
+
+def faults_of(files):
+    with tempfile.TemporaryDirectory() as folder:
+        root = pathlib.Path(folder)
+        for name, text in files.items():
+            file = root / name
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_text(text, encoding="utf-8")
+        return [f"{path}:{line}: {sentence}" for path, line, sentence in check_style.check_tree(root)]
+
+
+class CheckStyle(unittest.TestCase):
+
+    def expect_fault(self, file, text, expected):
+        found = faults_of({**GOOD, file: text})
+        self.assertEqual(len(found), 1, found)
+        self.assertIn(expected, found[0])
+        self.assertTrue(found[0].startswith(file), found)
+
+    def expect_none(self, file, text):
+        self.assertEqual(faults_of({**GOOD, file: text}), [])
+
+    def test_good_tree_passes(self):
+        self.assertEqual(faults_of(GOOD), [])
+
+    def test_later_module(self):
+        self.expect_fault("src/domain/a.cpp", '#include "bulkley/solver/step.hpp"\n', "later module 'solver'")
+        self.expect_fault("src/io/a.cpp", '#include "bulkley/simulation.hpp"\n', "later module 'simulation'")
+        self.expect_fault("src/particle/a.cpp", '#include "bulkley/kernel/p2g.hpp"\n', "later module 'kernel'")
+        self.expect_none("src/solver/a.cpp", '#include "bulkley/domain/grid.hpp"\n')
+
+    def test_unknown_module(self):
+        self.expect_fault("src/extra/a.cpp", "int a;\n", "no module")
+
+    def test_core_without_mpi(self):
+        self.expect_fault("src/kernel/a.cpp", "#include <mpi.h>\n", "core module 'kernel' includes mpi.h")
+        self.expect_fault("src/material/a.cpp", "#include <petscvec.h>\n", "includes petscvec.h")
+        self.expect_fault("src/config/a.cpp", "#include <hdf5.h>\n", "includes hdf5.h")
+        self.expect_fault("src/kernel/a.cpp", '#include "bulkley/base/parallel.hpp"\n', "core file includes base/parallel.hpp")
+        self.expect_none("include/bulkley/base/parallel.hpp", "#pragma once\n#include <mpi.h>\n")
+        self.expect_none("src/scene_core.cpp", '#include "bulkley/domain/settings.hpp"\n')
+
+    def test_exception_that_is_not_needed(self):
+        found = faults_of({**GOOD, "include/bulkley/particle/seeding.hpp": "#pragma once\n"})
+        self.assertEqual(len(found), 1)
+        self.assertIn("not needed any more", found[0])
+
+    def test_bare_calls(self):
+        for call in ("MPI_Barrier(comm);", "(void)MPI_Send(a);", "PetscSFReduceBegin(sf);", "DMDAVecGetArray(dm);",
+                     "VecSet(v, 0);", "H5Fclose(file);", "(void)H5Fflush(file);", "if (open) H5Fclose(file);",
+                     "auto code = MPI_Wait(&r, s);",
+                     "BULKLEY_MPI(MPI_Send(a)); MPI_Wait(b);", "BULKLEY_ASSERT(MPI_Wait(b) == 0);"):
+            self.expect_fault("src/domain/a.cpp", f"void f() {{\n  {call}\n}}\n", "src/domain/a.cpp:2: ")
+        for line in ("// MPI_Barrier(comm) would hang here", 'throw RunError("MPI_Send(x) failed");', "double t = MPI_Wtime();",
+                     "BULKLEY_PETSC(VecSet(v, f(0)));", "MPI_Comm comm = get();",
+                     "if (H5Fclose(file) < 0) stop();", "const HdfSpace space(H5Screate(H5S_SCALAR));", "return H5Tcopy(a);"):
+            self.expect_none("src/domain/a.cpp", f"void f() {{\n  {line}\n}}\n")
+        self.expect_fault("src/base/log.cpp", "void f() {\n  MPI_Initialized(&a);\n}\n", "MPI_Initialized is called outside")
+
+    def test_world_communicator(self):
+        self.expect_fault("src/domain/a.cpp", "auto c = MPI_COMM_WORLD;\n", "drivers and tests only")
+        self.expect_fault("src/io/a.cpp", "auto c = PETSC_COMM_WORLD;\n", "drivers and tests only")
+        self.expect_none("tests/mpi/a_mpi_test.cpp", "Comm comm(MPI_COMM_WORLD);\n")
+
+    def test_headers(self):
+        self.expect_fault("include/bulkley/base/a.hpp", "#include <vector>\n#pragma once\n", "#pragma once")
+        self.expect_fault("include/bulkley/base/a.hpp", "#pragma once\nusing namespace std;\n", "using namespace")
+        self.expect_none("include/bulkley/base/a.hpp", "#pragma once\nvoid f() {\n  using namespace detail;\n}\n")
+
+    def test_long_file(self):
+        self.expect_fault("src/base/a.cpp", "int a;\n" * 501, "more than 500 lines")
+        self.expect_none("src/base/a.cpp", "int a;\n" * 500)
+
+    def test_machine_paths(self):
+        for path in ("/work" + "/main/out", "/tmp" + "/build_me", "/home" + "/ada/run"):
+            self.expect_fault("docs/a.md", f"see {path}\n", "path of one machine")
+        self.expect_none("docs/a.md", "the fluid's work/energy; out/home/ada\n")
+
+
+if __name__ == "__main__":
+    unittest.main()
