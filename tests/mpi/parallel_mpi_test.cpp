@@ -1,0 +1,195 @@
+// ranks: 1 2 3 4 8
+#include "bulkley/base/parallel.hpp"
+
+#include <gtest/gtest.h>
+#include <petscsys.h>
+
+#include <stdexcept>
+#include <type_traits>
+
+#include "bulkley/base/log.hpp"
+
+namespace bulkley {
+namespace {
+
+enum class Kind { none, usage, run, other };
+
+struct Caught {
+  Kind kind = Kind::none;
+  std::string text;
+};
+
+Caught caught_from(const std::function<void()>& call) {
+  try {
+    call();
+  } catch (const UsageError& error) {
+    return {Kind::usage, error.what()};
+  } catch (const RunError& error) {
+    return {Kind::run, error.what()};
+  } catch (...) {
+    return {Kind::other, ""};
+  }
+  return {};
+}
+
+class Parallel : public testing::Test {
+ protected:
+  Comm comm{PETSC_COMM_WORLD};
+  const int last = comm.size() - 1;
+};
+
+TEST_F(Parallel, CommIsADuplicateThatReturnsErrors) {
+  int comparison = MPI_UNEQUAL;
+  BULKLEY_MPI(MPI_Comm_compare(comm.get(), PETSC_COMM_WORLD, &comparison));
+  EXPECT_EQ(comparison, MPI_CONGRUENT);
+  MPI_Errhandler handler;
+  BULKLEY_MPI(MPI_Comm_get_errhandler(comm.get(), &handler));
+  EXPECT_EQ(handler, MPI_ERRORS_RETURN);
+  BULKLEY_MPI(MPI_Errhandler_free(&handler));
+  EXPECT_EQ(comm.is_root(), comm.rank() == 0);
+}
+
+TEST_F(Parallel, MovedCommKeepsTheCommunicator) {
+  Comm first(comm.get());
+  const MPI_Comm handle = first.get();
+  const Comm second(std::move(first));
+  EXPECT_EQ(second.get(), handle);
+  EXPECT_EQ(first.get(), MPI_COMM_NULL);
+  EXPECT_EQ(second.size(), comm.size());
+  static_assert(!std::is_copy_constructible_v<Comm>);
+}
+
+TEST_F(Parallel, Reductions) {
+  const GlobalIndex large = GlobalIndex{1} << 40;  // beyond 32 bits
+  const GlobalIndex rank = comm.rank(), size = comm.size();
+  EXPECT_EQ(sum_global(comm, large + rank), size * large + size * (size - 1) / 2);
+  EXPECT_EQ(max_global(comm, large + rank), large + size - 1);
+  EXPECT_EQ(min_global(comm, rank - large), -large);
+  EXPECT_EQ(max_global(comm, 0.5 - static_cast<double>(rank)), 0.5);
+  EXPECT_EQ(min_global(comm, 0.5 - static_cast<double>(rank)), 1.5 - static_cast<double>(size));
+  EXPECT_EQ(exclusive_sum(comm, large + rank), rank * large + rank * (rank - 1) / 2);
+}
+
+TEST_F(Parallel, BroadcastText) {
+  std::string text = "line 1\nline 2";
+  text += '\0';
+  text += "after a zero byte";
+  EXPECT_EQ(broadcast_text(comm, comm.is_root() ? text : "mine"), text);
+  EXPECT_EQ(broadcast_text(comm, comm.is_root() ? "" : "mine"), "");
+}
+
+TEST_F(Parallel, GuardPassesWhenNobodyFails) {
+  int n_calls = 0;
+  const Caught caught = caught_from([&] { collective_guard(comm, [&] { ++n_calls; }); });
+  EXPECT_EQ(caught.kind, Kind::none) << caught.text;
+  EXPECT_EQ(n_calls, 1);
+}
+
+TEST_F(Parallel, GuardTurnsOneFailureIntoTheSameErrorEverywhere) {
+  for (int failing = 0; failing < comm.size(); ++failing) {
+    const Caught caught = caught_from([&] {
+      collective_guard(comm, [&] {
+        if (comm.rank() == failing) throw std::runtime_error("the disk is full");
+      });
+    });
+    EXPECT_EQ(caught.kind, Kind::run);
+    EXPECT_EQ(caught.text, "rank " + std::to_string(failing) + ": the disk is full");
+  }
+}
+
+TEST_F(Parallel, GuardKeepsUsageErrors) {
+  const Caught caught = caught_from([&] {
+    collective_guard(comm, [&] {
+      if (comm.rank() == last) throw UsageError("scene.toml:3:1: unknown key");
+    });
+  });
+  EXPECT_EQ(caught.kind, Kind::usage);
+  EXPECT_EQ(caught.text, "scene.toml:3:1: unknown key");
+}
+
+TEST_F(Parallel, GuardReportsTheLowestRank) {
+  const Caught caught = caught_from([&] {
+    collective_guard(comm, [&] {
+      if (comm.rank() == 0 && comm.size() > 1) return;
+      if (comm.rank() == last) throw UsageError("of the last rank");
+      throw RunError("of rank " + std::to_string(comm.rank()));
+    });
+  });
+  if (comm.size() <= 2) {
+    EXPECT_EQ(caught.kind, Kind::usage);
+    EXPECT_EQ(caught.text, "of the last rank");
+  } else {
+    EXPECT_EQ(caught.kind, Kind::run);
+    EXPECT_EQ(caught.text, "rank 1: of rank 1");
+  }
+}
+
+TEST_F(Parallel, GuardUnderstandsForeignExceptions) {
+  const Caught memory = caught_from([&] { collective_guard(comm, [] { throw std::bad_alloc(); }); });
+  EXPECT_EQ(memory.kind, Kind::run);
+  EXPECT_EQ(memory.text, "rank 0: out of memory");
+  const Caught number = caught_from([&] { collective_guard(comm, [] { throw 5; }); });
+  EXPECT_EQ(number.kind, Kind::run);
+  EXPECT_EQ(number.text, "rank 0: an exception of unknown type");
+}
+
+TEST_F(Parallel, RootGuardRunsOnTheRootAndTellsEveryone) {
+  int n_calls = 0;
+  const Caught good = caught_from([&] { root_guard(comm, [&] { ++n_calls; }); });
+  EXPECT_EQ(good.kind, Kind::none);
+  EXPECT_EQ(n_calls, comm.is_root() ? 1 : 0);
+  const Caught bad = caught_from([&] { root_guard(comm, [] { throw RunError("cannot open history.csv"); }); });
+  EXPECT_EQ(bad.kind, Kind::run);
+  EXPECT_EQ(bad.text, "cannot open history.csv");
+  const Caught usage = caught_from([&] { root_guard(comm, [] { throw UsageError("no such file"); }); });
+  EXPECT_EQ(usage.kind, Kind::usage);
+}
+
+TEST_F(Parallel, WarningsAreMergedOverRanks) {
+  Warnings warnings;
+  warnings.add("shared");
+  warnings.add("shared");
+  if (comm.rank() == last) warnings.add("alone");
+  testing::internal::CaptureStderr();
+  warnings.print(comm);
+  warnings.print(comm);  // forgotten: prints nothing
+  std::fflush(stderr);
+  const std::string text = testing::internal::GetCapturedStderr();
+  const std::string ranks = comm.size() == 1 ? "1 rank" : std::to_string(comm.size()) + " ranks";
+  const std::string expected =
+      "warning: alone\nwarning: shared (" + std::to_string(2 * comm.size()) + " times on " + ranks + ")\n";
+  EXPECT_EQ(text, comm.is_root() ? expected : "");
+}
+
+TEST_F(Parallel, PhasesAccumulate) {
+  PhaseTimes times;
+  const auto busy = [](double seconds) {
+    for (const double start = MPI_Wtime(); MPI_Wtime() - start < seconds;) {
+    }
+  };
+  for (int n = 0; n < 3; ++n) {
+    Phase step(times, "test step");
+    busy(0.001);
+    {
+      Phase inner(times, "test inner");
+      busy(0.002);
+    }
+  }
+  EXPECT_GE(times.seconds("test inner"), 0.006);
+  EXPECT_GE(times.seconds("test step"), times.seconds("test inner") + 0.003);
+  EXPECT_EQ(times.seconds("never"), 0.0);
+  const std::vector<PhaseSummary> summary = summarize(comm, times);
+  EXPECT_EQ(summary.size(), 2u);
+  if (summary.size() == 2) {
+    EXPECT_EQ(summary[0].name, "test step");
+    EXPECT_EQ(summary[1].name, "test inner");
+    EXPECT_EQ(summary[1].n_calls, 3);
+    EXPECT_LE(summary[1].smallest, times.seconds("test inner"));
+    EXPECT_GE(summary[1].largest, times.seconds("test inner"));
+    EXPECT_LE(summary[1].smallest, summary[1].mean);
+    EXPECT_LE(summary[1].mean, summary[1].largest);
+  }
+}
+
+}  // namespace
+}  // namespace bulkley
