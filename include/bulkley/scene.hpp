@@ -1,0 +1,49 @@
+#pragma once
+// Everything a scene file says.
+
+#include <string>
+#include <vector>
+
+#include "bulkley/domain/settings.hpp"
+#include "bulkley/io/settings.hpp"
+#include "bulkley/kernel/boundary.hpp"
+#include "bulkley/kernel/transfer.hpp"
+#include "bulkley/material/material.hpp"
+#include "bulkley/particle/seeding.hpp"
+#include "bulkley/solver/time_step.hpp"
+
+namespace bulkley {
+
+struct Scene {
+  std::string title;
+  GridGeometry grid;
+  Vec3 gravity{0.0, 0.0, -9.81};  ///< m/s^2
+  TransferSettings transfer;
+  TimeStepSettings time;
+  std::vector<NamedMaterial> materials;
+  std::vector<Body> bodies;
+  bool allow_overlap = false;  ///< bodies may overlap; the first in the file wins
+  Faces faces;
+  std::vector<Collider> colliders;
+  OutputSettings output;
+  CheckpointSettings checkpoint;
+  PartitionSettings partition;
+  std::vector<std::string> body_places;  ///< "file:line:column" of each body, for messages; may be empty
+  std::string effective_text;            ///< the effective input as TOML; parsing it gives this scene again
+};
+
+/// Parses and checks a scene. `overrides`: "key.path=value" strings; entries of a list go by index or name
+/// ("bodies.0.velocity=[0,0,-1]", "bodies.ball.material=pie"); a value that is not TOML is taken as text.
+/// Throws UsageError with one sentence per fault and line, each "file:line:column: ..." or "--set key.path=value: ...".
+/// Not collective: every rank parses the same text.
+Scene parse_scene(const std::string& text, const std::string& file_name, const std::vector<std::string>& overrides);
+
+/// What the shapes' geometry says about a parsed scene: every body inside the domain, holding at least one particle, and
+/// overlapping no other unless the scene allows it (judged by the particles it would get, hence dearer than parsing).
+/// Throws UsageError with one sentence per fault and line. Not collective.
+void check_bodies(const Scene& scene);
+
+/// The page docs/input.md: every key with type, unit, default, range and meaning, in Markdown. Not collective.
+std::string input_reference();
+
+}  // namespace bulkley

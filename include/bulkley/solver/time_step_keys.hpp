@@ -1,0 +1,71 @@
+#pragma once
+// Keys of [time] of a scene.
+
+#include <fmt/format.h>
+
+#include "bulkley/config/keys.hpp"
+#include "bulkley/solver/time_step.hpp"
+
+namespace bulkley {
+
+inline config::Names<TimeStepMode> names(config::Of<TimeStepMode>) {
+  return {{"adaptive", TimeStepMode::adaptive}, {"fixed", TimeStepMode::fixed}};
+}
+
+inline config::Names<DeformationCheck> names(config::Of<DeformationCheck>) {
+  return {{"risky", DeformationCheck::risky}, {"always", DeformationCheck::always}};
+}
+
+inline const config::Keys<TimeStepSettings>& keys(config::Of<TimeStepSettings>) {
+  using S = TimeStepSettings;
+  const auto fixed = [](const S& s) { return s.mode == TimeStepMode::fixed; };
+  static const auto table =
+      config::Keys<S>("How long the run lasts, and its time step (docs/theory.md, \"Time step\").")
+          .key("end", &S::end_time, {.about = "End of the run.", .unit = "s", .range = config::above(0.0), .required = true})
+          .key("mode", &S::mode, {.about = "Whether the time step follows the limits or is given."})
+          .key("step", &S::fixed_step,
+               {.about = "The time step.", .unit = "s", .range = config::above(0.0), .required = true})
+          .only_with("mode = \"fixed\"", fixed)
+          .key("allow_unstable", &S::allow_unstable,
+               {.about = "Warn of a time step above the limits instead of refusing it."})
+          .only_with("mode = \"fixed\"", fixed)
+          .key("initial_step", &S::initial_step,
+               {.about = "First time step; 0: a tenth of the limit at the start.",
+                .unit = "s",
+                .range = config::at_least(0.0)})
+          .key("largest_step", &S::largest_step,
+               {.about = "Largest time step; 0: whatever the limits allow.", .unit = "s", .range = config::at_least(0.0)})
+          .key("smallest_step", &S::smallest_step,
+               {.about = "Time step below which the run fails; 0: 1e-6 of the first limit.",
+                .unit = "s",
+                .range = config::at_least(0.0)})
+          .key("cfl", &S::cfl,
+               {.about = "Largest part of a cell that a particle may cross in a step.", .range = config::above_to(0.0, 0.5)})
+          .key("elastic_cfl", &S::elastic_cfl,
+               {.about = "Largest part of a cell that an elastic wave may cross in a step.",
+                .range = config::above_to(0.0, 1.0)})
+          .key("deformation_limit", &S::deformation_limit,
+               {.about = "Largest deformation of a particle in a step, as the norm of dt times its velocity gradient.",
+                .range = config::above_to(0.0, 0.5)})
+          .key("growth", &S::growth,
+               {.about = "Factor by which a trial enlarges the time step.", .range = config::above_to(1.0, 2.0)})
+          .key("trial_interval", &S::trial_interval,
+               {.about = "Steps between trials.", .unit = "steps", .range = config::at_least(1.0)})
+          .key("deformation_check", &S::deformation_check,
+               {.about = "Whether every step is checked for its deformation, or only trials and steps that come close to "
+                         "the limit."})
+          .check([](const config::Value& value, S& s, config::Faults& faults) {
+            if (s.largest_step == 0.0) return;
+            if (s.smallest_step > s.largest_step)
+              faults.add(value.find("smallest_step")->place,
+                         fmt::format("'{}.smallest_step' is {}; it must be at most 'largest_step' = {}", value.path,
+                                     s.smallest_step, s.largest_step));
+            if (s.initial_step > s.largest_step)
+              faults.add(value.find("initial_step")->place,
+                         fmt::format("'{}.initial_step' is {}; it must be at most 'largest_step' = {}", value.path,
+                                     s.initial_step, s.largest_step));
+          });
+  return table;
+}
+
+}  // namespace bulkley

@@ -1,0 +1,97 @@
+#include "bulkley/kernel/boundary_keys.hpp"
+
+#include <fmt/format.h>
+
+#include "bulkley/particle/shape_keys.hpp"
+
+namespace bulkley {
+namespace {
+
+using config::Faults;
+using config::Value;
+
+constexpr const char* face_names[6] = {"x_lower", "x_upper", "y_lower", "y_upper", "z_lower", "z_upper"};
+
+config::Rule friction_rule() { return {.about = "Coulomb coefficient of friction.", .range = config::at_least(0.0)}; }
+
+/// An axis is periodic at both ends or at none.
+void check_periodic_pairs(const Value& table, Faces& faces, Faults& faults) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const bool lower = faces[2 * axis].kind == FaceKind::periodic, upper = faces[2 * axis + 1].kind == FaceKind::periodic;
+    if (lower == upper) continue;
+    const char* periodic = face_names[2 * axis + (lower ? 0 : 1)];
+    const char* other = face_names[2 * axis + (lower ? 1 : 0)];
+    faults.add(table.find(periodic)->place,
+               fmt::format("'{}.{}' is periodic but '{}' is not; an axis is periodic at both ends or at none", table.path,
+                           periodic, other));
+  }
+}
+
+}  // namespace
+
+config::Names<Contact> names(config::Of<Contact>) {
+  return {{"sticky", Contact::sticky}, {"slip", Contact::slip}, {"separating", Contact::separating}};
+}
+
+config::Names<FaceKind> names(config::Of<FaceKind>) {
+  return {{"sticky", FaceKind::sticky},     {"slip", FaceKind::slip},       {"separating", FaceKind::separating},
+          {"periodic", FaceKind::periodic}, {"outflow", FaceKind::outflow}, {"open", FaceKind::open}};
+}
+
+const config::Keys<Face>& keys(config::Of<Face>) {
+  static const auto table =
+      config::Keys<Face>(
+          "A face as a table, `{ type = \"separating\", friction = 0.3 }`. sticky: no motion; slip: no motion through the "
+          "wall; "
+          "separating: material may leave the wall, and friction holds what presses on it; periodic: joined to the opposite "
+          "face; outflow: particles that cross it are removed and counted; open: no wall, and a particle that crosses it is "
+          "an error.")
+          .key("type", &Face::kind, {.about = "What the face does.", .required = true})
+          .key("friction", &Face::friction, friction_rule())
+          .only_with("type = \"separating\"", [](const Face& face) { return face.kind == FaceKind::separating; });
+  return table;
+}
+
+const config::Keys<Faces>& keys(config::Of<Faces>) {
+  static const auto table =
+      config::Keys<Faces>("The six faces of the domain, each by the name of its type or as a table.")
+          .key("x_lower", [](auto& f) -> auto& { return f[0]; }, {.about = "Face at the lower end of x."})
+          .key("x_upper", [](auto& f) -> auto& { return f[1]; }, {.about = "Face at the upper end of x."})
+          .key("y_lower", [](auto& f) -> auto& { return f[2]; }, {.about = "Face at the lower end of y."})
+          .key("y_upper", [](auto& f) -> auto& { return f[3]; }, {.about = "Face at the upper end of y."})
+          .key("z_lower", [](auto& f) -> auto& { return f[4]; }, {.about = "Face at the lower end of z."})
+          .key("z_upper", [](auto& f) -> auto& { return f[5]; }, {.about = "Face at the upper end of z."})
+          .check(check_periodic_pairs);
+  return table;
+}
+
+const config::Keys<Collider>& keys(config::Of<Collider>) {
+  static const auto table =
+      config::Keys<Collider>("A fixed obstacle.")
+          .key("name", &Collider::name, {.about = "What messages call it; different for each collider.", .required = true})
+          .key("shape", &Collider::shape, {.about = "Where it is.", .required = true})
+          .key("contact", &Collider::contact,
+               {.about =
+                    "sticky: material stops; slip: it moves along the surface; separating: it may also leave, and friction "
+                    "holds what presses on it."})
+          .key("friction", &Collider::friction, friction_rule())
+          .only_with("contact = \"separating\"", [](const Collider& c) { return c.contact == Contact::separating; });
+  return table;
+}
+
+namespace config {
+
+bool Codec<Face>::read(const Value& value, const Rule& rule, Face& out, Faults& faults) {
+  out = Face{};
+  if (value.is_table()) return keys(Of<Face>{}).read(value, out, faults);
+  return Codec<FaceKind>::read(value, rule, out.kind, faults);
+}
+
+Value Codec<Face>::write(const Face& face) {
+  return face.friction == 0.0 ? Codec<FaceKind>::write(face.kind) : keys(Of<Face>{}).write(face);
+}
+
+void Codec<Face>::describe(const std::string&, std::vector<TableText>& out) { keys(Of<Face>{}).describe("Faces", "", out); }
+
+}  // namespace config
+}  // namespace bulkley

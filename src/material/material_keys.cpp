@@ -1,0 +1,140 @@
+#include "bulkley/material/material_keys.hpp"
+
+#include <fmt/format.h>
+
+#include "bulkley/material/herschel_bulkley_keys.hpp"
+#include "bulkley/material/neo_hookean_keys.hpp"
+#include "bulkley/material/preset.hpp"
+
+namespace bulkley {
+namespace {
+
+using config::Faults;
+using config::Value;
+
+/// Calls visit(law) with a default law of each alternative of Material.
+template <class Visit, std::size_t... I>
+void visit_laws(const Visit& visit, std::index_sequence<I...>) {
+  (visit(std::variant_alternative_t<I, Material>{}), ...);
+}
+template <class Visit>
+void visit_laws(const Visit& visit) {
+  visit_laws(visit, std::make_index_sequence<std::variant_size_v<Material>>{});
+}
+
+std::vector<std::string> law_names() {
+  std::vector<std::string> names;
+  visit_laws([&](const auto& law) { names.emplace_back(law.law_name); });
+  return names;
+}
+
+/// The law that a table starts from, with NaN or a preset's values in its parameters.
+bool starting_point(const Value& table, Material& material, Faults& faults) {
+  const Value* law = table.find("law");
+  const Value* preset = table.find("preset");
+  if (law && preset) {
+    faults.add(preset->key_place, fmt::format("{} has both 'law' and 'preset'; give one", config::table_name(table.path)));
+    return false;
+  }
+  if (!law && !preset) {
+    faults.add(table.place, fmt::format("{} needs 'law' or 'preset'", config::table_name(table.path)));
+    return false;
+  }
+  std::vector<std::string> names = law_names();
+  if (preset) {
+    names.clear();
+    for (const Preset& p : presets()) names.emplace_back(p.name);
+  }
+  std::size_t index = 0;
+  if (!config::read_choice(law ? *law : *preset, names, index, faults)) return false;
+  if (preset) {
+    material = presets()[index].material;
+    return true;
+  }
+  visit_laws([&](const auto& candidate) {
+    if (candidate.law_name == names[index]) material = candidate;
+  });
+  return true;
+}
+
+bool read_material(const Value& table, Material& material, Faults& faults) {
+  if (!config::expect_table(table, faults) || !starting_point(table, material, faults)) return false;
+  const std::size_t faults_before = faults.size();
+  std::visit(
+      [&]<class Law>(Law& law) {
+        typename LawKeys<Law>::Input input;
+        if (!LawKeys<Law>::table().read(table, input, faults, {"law", "preset"})) return;
+        LawKeys<Law>::fill(table, input, law, faults);
+        if (faults.size() != faults_before) return;
+        if (const auto fault = parameter_fault(law.parameters))
+          faults.add(table.place, fmt::format("{}: {}", config::table_name(table.path), *fault));
+      },
+      material);
+  return faults.size() == faults_before;
+}
+
+Value write_material(const Material& material) {
+  return std::visit(
+      []<class Law>(const Law& law) {
+        Value table = config::make_table();
+        config::add_entry(table, "law", config::make_text(Law::law_name));
+        Value parameters = LawKeys<Law>::write(law);
+        table.comment = parameters.comment;
+        for (Value& entry : parameters.items) table.items.push_back(std::move(entry));
+        return table;
+      },
+      material);
+}
+
+}  // namespace
+
+namespace config {
+
+bool Codec<std::vector<NamedMaterial>>::read(const Value& value, const Rule&, std::vector<NamedMaterial>& out,
+                                             Faults& faults) {
+  if (!expect_table(value, faults)) return false;
+  constexpr std::size_t most = 255;  // a particle stores its material in one byte
+  bool sound = true;
+  out.clear();
+  for (const Value& table : value.items) {
+    NamedMaterial named{table.key, {}};
+    sound = read_material(table, named.material, faults) && sound;
+    out.push_back(std::move(named));
+  }
+  if (out.empty() || out.size() > most) {
+    faults.add(value.place,
+               fmt::format("[{}] names {} materials; it must name between 1 and {}", value.path, out.size(), most));
+    return false;
+  }
+  return sound;
+}
+
+Value Codec<std::vector<NamedMaterial>>::write(const std::vector<NamedMaterial>& materials) {
+  Value table = make_table();
+  for (const NamedMaterial& named : materials) add_entry(table, named.name, write_material(named.material));
+  return table;
+}
+
+void Codec<std::vector<NamedMaterial>>::describe(const std::string& path, std::vector<TableText>& out) {
+  const std::string title = "[" + path + ".NAME]";
+  std::vector<std::string> presets_known;
+  std::string meaning = "A material by name, with the keys of its law for what differs:";
+  for (const Preset& p : presets()) {
+    presets_known.emplace_back(p.name);
+    const HerschelBulkley::Parameters& q = p.material.parameters;
+    meaning += fmt::format(" `{}` (density {}, bulk_modulus {}, shear_modulus {}, sigma_Y {}, eta {}, h {});", p.name,
+                           q.density, q.bulk_modulus, q.shear_modulus, q.sigma_Y, q.eta, q.h);
+  }
+  meaning.back() = '.';
+  const std::string either = "`law` or `preset` is required";
+  TableText section{title, "One material; NAME is what bodies call it. At most 255 materials.", {}};
+  section.keys.push_back({"law", "name", "", either, allowed_names(law_names()), "The constitutive law.", false});
+  section.keys.push_back({"preset", "name", "", either, allowed_names(presets_known), meaning, false});
+  add_section(section, out);
+  visit_laws([&]<class Law>(const Law&) {
+    LawKeys<Law>::table().describe(title + ", law = \"" + Law::law_name + "\"", path, out);
+  });
+}
+
+}  // namespace config
+}  // namespace bulkley

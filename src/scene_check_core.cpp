@@ -1,0 +1,108 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numeric>
+
+#include "bulkley/base/error.hpp"
+#include "bulkley/scene.hpp"
+
+namespace bulkley {
+namespace {
+
+GlobalIndex n_particles(const GridGeometry& grid, const std::vector<Body>& bodies) {
+  const std::vector<GlobalIndex> counts = count_particles(grid, bodies, 0, grid.n_tiles());
+  return std::accumulate(counts.begin(), counts.end(), GlobalIndex{0});
+}
+
+/// Whether bounds() is the smallest box, not just one that holds the shape.
+bool has_exact_bounds(const Shape& shape) {
+  if (const auto* placed = std::get_if<Placed>(&shape.kind)) return placed->angle == 0.0 && has_exact_bounds(*placed->part);
+  if (const auto* all = std::get_if<Union>(&shape.kind)) {
+    for (const Shape& part : all->parts)
+      if (!has_exact_bounds(part)) return false;
+  }
+  return true;
+}
+
+bool holds(const GridGeometry& grid, const Bounds& b) {
+  const double rounding = 1e-9 * grid.cell_size;
+  return ((b.lower - grid.lower).array() >= -rounding).all() && ((grid.upper() - b.upper).array() >= -rounding).all();
+}
+
+/// The grid, grown by whole cells until it holds the bounds, without periodic axes.
+GridGeometry enlarged(const GridGeometry& grid, const Bounds& b) {
+  GridGeometry result = grid;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto a = static_cast<std::size_t>(axis);
+    const int below = std::max(0, static_cast<int>(std::ceil((grid.lower[axis] - b.lower[axis]) / grid.cell_size)));
+    const int above = std::max(0, static_cast<int>(std::ceil((b.upper[axis] - grid.upper()[axis]) / grid.cell_size)));
+    result.lower[axis] -= below * grid.cell_size;
+    result.n_cells[a] += below + above;
+    result.periodic[a] = false;
+  }
+  return result;
+}
+
+/// Judged by the bounds where they are exact, else by the lattice points that lie outside.
+bool reaches_outside(const GridGeometry& grid, const Body& body) {
+  const Bounds b = bounds(body.shape);
+  if (holds(grid, b)) return false;
+  if (has_exact_bounds(body.shape)) return true;
+  Body regular = body;
+  regular.lattice = SeedingLattice::regular;  // random shifts would differ between the two grids
+  return n_particles(enlarged(grid, b), {regular}) != n_particles(grid, {regular});
+}
+
+bool bounds_overlap(const Body& a, const Body& b) {
+  const Bounds x = bounds(a.shape), y = bounds(b.shape);
+  return (x.lower.array() <= y.upper.array()).all() && (y.lower.array() <= x.upper.array()).all();
+}
+
+std::string vector_text(const Vec3& v) { return fmt::format("({:.6g}, {:.6g}, {:.6g})", v[0], v[1], v[2]); }
+
+}  // namespace
+
+void check_bodies(const Scene& scene) {
+  std::string faults;
+  const auto refuse = [&](std::size_t b, const std::string& sentence) {
+    const std::string place = b < scene.body_places.size() ? scene.body_places[b] + ": " : "";
+    faults += fmt::format("{}{}body '{}' {}", faults.empty() ? "" : "\n", place, scene.bodies[b].name, sentence);
+  };
+  const GridGeometry& grid = scene.grid;
+  std::vector<GlobalIndex> counts;  // of each body alone
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    const Body& body = scene.bodies[b];
+    const Bounds box = bounds(body.shape);
+    counts.push_back(0);
+    if (!box.lower.allFinite() || !box.upper.allFinite()) {
+      refuse(b, "contains a plane, which is for colliders only");
+    } else if (reaches_outside(grid, body)) {
+      refuse(b, fmt::format("reaches from {} to {}, outside the domain from {} to {}", vector_text(box.lower),
+                            vector_text(box.upper), vector_text(grid.lower), vector_text(grid.upper())));
+    } else {
+      counts[b] = n_particles(grid, {body});
+      if (counts[b] == 0)
+        refuse(b, fmt::format(
+                      "is too small to hold a particle; make it larger, the cells of {} m smaller, or particles_per_cell "
+                      "greater than {}",
+                      grid.cell_size, body.particles_per_cell));
+    }
+  }
+  for (std::size_t b = 1; b < scene.bodies.size() && !scene.allow_overlap; ++b)
+    for (std::size_t a = 0; a < b; ++a) {
+      const Body &first = scene.bodies[a], &second = scene.bodies[b];
+      if (counts[a] == 0 || counts[b] == 0 || !bounds_overlap(first, second)) continue;
+      // The later body of a list loses the points that lie in the earlier one: try both orders.
+      const GlobalIndex lost_by_second = counts[a] + counts[b] - n_particles(grid, {first, second});
+      const GlobalIndex lost =
+          lost_by_second > 0 ? lost_by_second : counts[a] + counts[b] - n_particles(grid, {second, first});
+      if (lost > 0)
+        refuse(b, fmt::format(
+                      "overlaps body '{}' in {} particles; move one of them, or set allow_overlap = true to let the first "
+                      "body win",
+                      first.name, lost));
+    }
+  if (!faults.empty()) throw UsageError(faults);
+}
+
+}  // namespace bulkley

@@ -1,0 +1,118 @@
+#include "bulkley/scene.hpp"
+
+#include <fmt/format.h>
+
+#include <set>
+
+#include "bulkley/base/error.hpp"
+#include "bulkley/config/keys.hpp"
+#include "bulkley/config/nearest.hpp"
+#include "bulkley/domain/settings_keys.hpp"
+#include "bulkley/io/settings_keys.hpp"
+#include "bulkley/kernel/boundary_keys.hpp"
+#include "bulkley/kernel/grid_keys.hpp"
+#include "bulkley/kernel/transfer_keys.hpp"
+#include "bulkley/material/material_keys.hpp"
+#include "bulkley/particle/body_keys.hpp"
+#include "bulkley/solver/time_step_keys.hpp"
+
+namespace bulkley {
+namespace {
+
+using config::Faults;
+using config::Value;
+
+/// Gives each body its material's index and density.
+void assign_materials(const Value& root, Scene& scene, Faults& faults) {
+  std::vector<std::string> names;
+  for (const NamedMaterial& named : scene.materials) names.push_back(named.name);
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    Body& body = scene.bodies[b];
+    const auto found = std::find(names.begin(), names.end(), body.material);
+    if (found == names.end()) {
+      const Value& value = *root.find("bodies")->items[b].find("material");
+      faults.add(value.place, fmt::format("body '{}' is made of '{}', which is not in [materials]{}", body.name,
+                                          body.material, config::suggestion(body.material, names)));
+      continue;
+    }
+    const auto index = found - names.begin();
+    body.material_index = static_cast<std::uint8_t>(index);
+    body.density =
+        std::visit([](const auto& law) { return law.density(); }, scene.materials[static_cast<std::size_t>(index)].material);
+  }
+}
+
+/// Entries of a list of tables must have different names.
+void require_different_names(const Value& root, const char* list_key, Faults& faults) {
+  const Value* list = root.find(list_key);
+  if (!list) return;
+  std::set<std::string> seen;
+  for (const Value& entry : list->items) {
+    const Value* name = entry.find("name");
+    if (!seen.insert(name->text).second)
+      faults.add(name->place,
+                 fmt::format("'{}' is \"{}\", which another entry of [{}] has already", name->path, name->text, list_key));
+  }
+}
+
+/// What several tables have to agree on, and the members that follow from several tables.
+void join_tables(const Value& root, Scene& scene, Faults& faults) {
+  scene.grid.order = scene.transfer.order;
+  for (std::size_t axis = 0; axis < 3; ++axis) scene.grid.periodic[axis] = scene.faces[2 * axis].kind == FaceKind::periodic;
+  check_periodic_cells(*root.find("domain"), scene.grid, faults);
+  if (scene.bodies.empty()) faults.add(root.find("bodies")->place, "'bodies' is empty; a scene needs at least one body");
+  require_different_names(root, "bodies", faults);
+  require_different_names(root, "colliders", faults);
+  assign_materials(root, scene, faults);
+  for (const Value& body : root.find("bodies")->items) scene.body_places.push_back(body.place.text());
+}
+
+const config::Keys<Scene>& scene_keys() {
+  static const auto table =
+      config::Keys<Scene>("Keys that stand before the first table.")
+          .key("title", &Scene::title, {.about = "A line for people."})
+          .key("gravity", &Scene::gravity, {.about = "Acceleration of gravity.", .unit = "m/s^2"})
+          .key("allow_overlap", &Scene::allow_overlap,
+               {.about = "Whether bodies may overlap; a point in several bodies belongs to the first of them."})
+          .key("domain", &Scene::grid, {.about = "Box and grid.", .required = true})
+          .key("time", &Scene::time, {.about = "Duration and time step.", .required = true})
+          .key("transfer", &Scene::transfer, {.about = "Particle-grid transfer."})
+          .key("materials", &Scene::materials, {.about = "Materials by name.", .required = true})
+          .key("bodies", &Scene::bodies, {.about = "What there is at the start.", .required = true})
+          .key("colliders", &Scene::colliders, {.about = "Fixed obstacles.", .default_text = "none"})
+          .key("boundaries", &Scene::faces, {.about = "The faces of the domain."})
+          .key("output", &Scene::output, {.about = "What is written to look at."})
+          .key("checkpoint", &Scene::checkpoint, {.about = "What is written to restart from."})
+          .key("partition", &Scene::partition, {.about = "Division of the work."})
+          .check(join_tables);
+  return table;
+}
+
+}  // namespace
+
+Scene parse_scene(const std::string& text, const std::string& file_name, const std::vector<std::string>& overrides) {
+  Value root = config::parse_toml(text, file_name);
+  Faults faults;
+  for (const std::string& assignment : overrides) config::apply_override(root, assignment, faults);
+  Scene scene;
+  scene_keys().read(root, scene, faults);
+  faults.throw_if_any();
+  scene.effective_text =
+      "# The effective input of a run: every key, defaults included.\n" + config::print_toml(scene_keys().write(scene));
+  return scene;
+}
+
+std::string input_reference() {
+  std::vector<config::TableText> sections;
+  scene_keys().describe("Top level", "", sections);
+  return "# The scene file\n\n"
+         "A scene is a TOML file. Units are SI. Every key is listed here; any other key is an error. Where a number is "
+         "wanted,\n"
+         "an integer will do. `--set key.path=value` on the command line overrides or adds a key; entries of a list go by "
+         "index\n"
+         "or by name, as in `--set bodies.0.velocity=[0,0,-3]` or `--set bodies.ball.material=pie`.\n\n"
+         "This page is printed by `bulkley input-reference`; do not edit it.\n\n" +
+         config::print_reference(sections);
+}
+
+}  // namespace bulkley
