@@ -1,0 +1,92 @@
+#pragma once
+// Herschel-Bulkley fluid: a neo-Hookean solid that flows above a yield stress.
+
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+
+#include "bulkley/material/neo_hookean.hpp"
+#include "bulkley/material/return_map.hpp"
+
+namespace bulkley {
+
+/// Viscoplastic flow of Yue et al. 2015, section 5: with s = ||dev tau||, gamma = (max(0, s - sqrt(2/3) sigma_Y) / eta)^(1/h).
+/// One step is: elastic trial; backward Euler on s (return_map.hpp); the deviator scaled to the new s; the spherical part of b
+/// chosen such that det b = 1. The common alternative for the last step, dividing b by (det b)^(1/3), would shrink s as well.
+struct HerschelBulkley {
+  struct Parameters {
+    double density = std::numeric_limits<double>::quiet_NaN();        ///< kg/m^3, reference, > 0
+    double bulk_modulus = std::numeric_limits<double>::quiet_NaN();   ///< kappa, Pa, > 0
+    double shear_modulus = std::numeric_limits<double>::quiet_NaN();  ///< mu, Pa, >= 0
+    double sigma_Y = std::numeric_limits<double>::quiet_NaN();        ///< yield stress, Pa, >= 0, von Mises convention
+    double eta = std::numeric_limits<double>::quiet_NaN();            ///< Pa s^h, >= 0; 0: plastic, infinity: elastic
+    double h = std::numeric_limits<double>::quiet_NaN();              ///< flow index, 0.1 to 3; < 1 shear thinning
+  };
+  Parameters parameters;
+
+  static constexpr const char* law_name = "herschel_bulkley";
+  static constexpr bool flows = true;
+
+  double density() const { return parameters.density; }
+
+  /// The elastic part.
+  NeoHookean elastic() const { return {{parameters.density, parameters.bulk_modulus, parameters.shear_modulus}}; }
+
+  /// The flow rule in the form of return_map.hpp.
+  FlowRule flow_rule() const { return {std::sqrt(2.0 / 3.0) * parameters.sigma_Y, parameters.eta, parameters.h}; }
+
+  template <class Real>
+  SymTensor<Real> kirchhoff_stress(const State<Real>& state) const {
+    return elastic().kirchhoff_stress(state);
+  }
+  template <class Real>
+  Real wave_speed_squared(const State<Real>& state) const {
+    return elastic().wave_speed_squared(state);
+  }
+  template <class Real>
+  Real energy_density(const State<Real>& state) const {
+    return elastic().energy_density(state);
+  }
+
+  /// See law.hpp. Requires det(1 + dt L) > 0 and dt > 0. Dissipation is (3/2) mu (tr b_trial / 3 - tr b / 3), the elastic
+  /// energy that the flow took away.
+  template <class Real>
+  Update<Real> update(State<Real>& state, const Tensor<Real>& velocity_gradient, double dt) const {
+    const Real zero = broadcast<Real>(0.0);
+    const double mu = parameters.shear_modulus;
+    if (mu == 0.0) return elastic().update(state, velocity_gradient, dt);
+    deform(state, velocity_gradient, dt);
+    SymTensor<Real>& b = state.left_cauchy_green;
+    const Real trial_mean = trace(b) * (1.0 / 3.0);
+    SymTensor<Real> e = deviator(b);
+    const Real trial_norm = mu * square_root(norm_squared(e));
+    const FlowReturn<Real> flow = flow_return(trial_norm, mu * trial_mean, dt, flow_rule());
+    if (!any(flow.yields)) return {kirchhoff_stress(state), zero, zero};
+
+    const Real ratio = flow.norm / trial_norm;
+    for (Real& component : e.c) component *= ratio;
+    const Real mean = isochoric_mean(e, trial_mean, flow.yields);
+    for (int c = 0; c < 6; ++c) b.c[c] = select(flow.yields, c < 3 ? e.c[c] + mean : e.c[c], b.c[c]);
+    const Real dissipation = (1.5 * mu) * (trial_mean - mean);
+    return {kirchhoff_stress(state), std::sqrt(2.0) * flow.rate, select(flow.yields, dissipation, zero)};
+  }
+};
+
+/// What is wrong with the parameters, as one sentence; empty when nothing is. Not collective.
+std::optional<std::string> parameter_fault(const HerschelBulkley::Parameters& parameters);
+
+/// The constants that a shear rheometer reports: tau = yield_stress + consistency * shear_rate^flow_index.
+struct ShearRheometerConstants {
+  double yield_stress = std::numeric_limits<double>::quiet_NaN();  ///< tau_y, Pa
+  double consistency = std::numeric_limits<double>::quiet_NaN();   ///< K, Pa s^n
+  double flow_index = std::numeric_limits<double>::quiet_NaN();    ///< n = h
+};
+
+/// tau_y = sigma_Y / sqrt(3), K = eta 2^(-(1+h)/2): steady simple shear at small elastic strain. Not collective.
+ShearRheometerConstants shear_rheometer_constants(const HerschelBulkley::Parameters& parameters);
+
+/// The inverse: fills sigma_Y = sqrt(3) tau_y, eta = K 2^((1+h)/2) and h, and leaves the rest alone. Not collective.
+void set_flow(HerschelBulkley::Parameters& parameters, const ShearRheometerConstants& constants);
+
+}  // namespace bulkley

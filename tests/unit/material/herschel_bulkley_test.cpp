@@ -1,0 +1,253 @@
+// One step of the full tensor law. Reference table: 15 digits, exact restoration of det b.
+
+#include "bulkley/material/herschel_bulkley.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <limits>
+#include <ostream>
+#include <random>
+#include <vector>
+
+#include "support.hpp"
+
+namespace bulkley {
+namespace {
+
+using namespace material_test;
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+// The tables list 11 22 33 12 13 23.
+SymTensor<double> from_table(const double (&t)[6]) { return {{t[0], t[1], t[2], t[3], t[5], t[4]}}; }
+
+struct TensorCase {
+  const char* id;
+  double dt, kappa, mu, sigma_Y, eta, h;
+  Tensor<double> L;
+  double start[6];
+  double rate, J;
+  double b[6], tau[6];
+};
+void PrintTo(const TensorCase& c, std::ostream* out) { *out << c.id; }
+
+// clang-format off
+const TensorCase tensor_cases[] = {
+    {"T1_simple_shear", 0.01, 109000, 290, 31.9, 27.2, 0.22, {{0, 50, 0, 0, 0, 0, 0, 0, 0}}, {1, 1, 1, 0, 0, 0},
+     21.335489581849, 1.0,
+     {1.07409654102828, 0.981121492655715, 0.981121492655715, 0.185950096745135, 0.0, 0.0},
+     {17.9751760186964, -8.98758800934818, -8.98758800934818, 53.9255280560891, 0.0, 0.0}},
+    {"T2_general", 0.01, 109000, 290, 31.9, 27.2, 0.22, {{10, -20, 5, 30, -4, 0, -7, 12, -9}}, {1, 1, 1, 0, 0, 0},
+     6.9479577164903, 1.02072,
+     {1.14100371042104, 0.993305409306258, 0.892632677703735, 0.0846092384966388, -0.0340276285258221, 0.0577550019303143},
+     {2320.16455507044, 2277.33204774715, 2248.13695558242, 24.5366791640252, -9.86801227248841, 16.7489505597911}},
+    {"T3_stretch_bingham", 0.001, 10000, 1000, 30, 10, 1, {{40, 0, 0, 0, -20, 0, 0, 0, -20}}, {1, 1, 1, 0, 0, 0},
+     6.21024328719912, 0.998816,
+     {1.07192685154613, 0.965867215385214, 0.965867215385214, 0.0, 0.0, 0.0},
+     {58.8734333872744, -47.1862027736372, -47.1862027736372, 0.0, 0.0, 0.0}},
+    {"T4_thickening", 0.001, 100000, 10000, 0.1, 10, 2.8, {{0, 100, 0, 0, 0, 0, 0, 0, 0}}, {1, 1, 1, 0, 0, 0},
+     5.69181168899926, 1.0,
+     {1.00894737914731, 0.99975366333258, 0.99975366333258, 0.0919371581473149, 0.0, 0.0},
+     {61.2914387648766, -30.6457193824383, -30.6457193824383, 919.371581473149, 0.0, 0.0}},
+    {"T5_elastic", 0.01, 109000, 290, 31.9, 27.2, 0.22, {{0, 1, 0, 0, 0, 0, 0, 0, 0}}, {1, 1, 1, 0, 0, 0}, 0.0, 1.0,
+     {1.0001, 1.0, 1.0, 0.01, 0.0, 0.0},
+     {0.0193333333333333, -0.00966666666666667, -0.00966666666666667, 2.9, 0.0, 0.0}},
+    {"T6_rotation_of_T1", 0.001, 109000, 290, 31.9, 27.2, 0.22, {{0, -3, 0, 3, 0, 0, 0, 0, 0}},
+     {1.07409654102828, 0.981121492655715, 0.981121492655715, 0.185950096745135, 0.0, 0.0},
+     11.5199232313028, 1.000009,
+     {1.06584752769141, 0.982836035577926, 0.981806549818154, 0.170360714900496, 0.0, 0.0},
+     {17.1294098465514, -6.94392286635891, -7.24247373669252, 49.4046073211439, 0.0, 0.0}},
+    {"T7_compression", 0.001, 109000, 290, 31.9, 27.2, 0.22, {{-5, 0, 0, 0, -5, 0, 0, 0, -5}}, {1, 1, 1, 0, 0, 0}, 0.0,
+     0.985074875, {1, 1, 1, 0, 0, 0},
+     {-1614.69824008352, -1614.69824008352, -1614.69824008352, 0.0, 0.0, 0.0}},
+};
+// clang-format on
+
+class TensorTable : public testing::TestWithParam<TensorCase> {};
+
+TEST_P(TensorTable, AgreesWithTheReference) {
+  const TensorCase& c = GetParam();
+  const HerschelBulkley law{{1000.0, c.kappa, c.mu, c.sigma_Y, c.eta, c.h}};
+  State<double> state{from_table(c.start), 1.0};
+  const auto result = law.update(state, c.L, c.dt);
+  const SymTensor<double> b = from_table(c.b), tau = from_table(c.tau);
+  EXPECT_LT(largest_difference(state.left_cauchy_green, b), 1e-11 * largest_component(b));
+  EXPECT_LT(largest_difference(result.kirchhoff_stress, tau), 1e-11 * largest_component(tau));
+  EXPECT_NEAR(state.volume_ratio, c.J, 1e-14);
+  EXPECT_NEAR(result.plastic_shear_rate, std::sqrt(2.0) * c.rate, 1e-9 * c.rate);
+  EXPECT_NEAR(determinant(state.left_cauchy_green), 1.0, 1e-12);
+}
+
+INSTANTIATE_TEST_SUITE_P(TableC, TensorTable, testing::ValuesIn(tensor_cases),
+                         [](const auto& test) { return test.param.id; });
+
+// --- invariants over random steps --------------------------------------------------------------------------------------
+
+struct LawCase {
+  const char* id;
+  HerschelBulkley law;
+};
+void PrintTo(const LawCase& c, std::ostream* out) { *out << c.id; }
+
+const LawCase law_cases[] = {
+    {"foam", foam()},
+    {"stiff_foam", {{200.0, 109000.0, 29000.0, 31.9, 27.2, 0.22}}},
+    {"bingham", {{1000.0, 1e5, 1e4, 30.0, 10.0, 1.0}}},
+    {"thickening", {{1000.0, 1e5, 1e4, 0.1, 10.0, 2.8}}},
+    {"extreme_thinning", {{1000.0, 1e5, 1e4, 5.0, 3.0, 0.1}}},
+    {"extreme_thickening", {{1000.0, 1e5, 1e4, 5.0, 3.0, 3.0}}},
+    {"no_yield_stress", {{1000.0, 1e5, 1e4, 0.0, 10.0, 0.5}}},
+    {"plastic", {{1000.0, 1e5, 1e4, 30.0, 0.0, 0.5}}},
+    {"elastic", {{1000.0, 1e5, 1e4, 30.0, infinity, 0.5}}},
+    {"no_shear_modulus", {{1000.0, 1e5, 0.0, 30.0, 10.0, 0.5}}},
+};
+
+class EveryLaw : public testing::TestWithParam<LawCase> {
+ protected:
+  const HerschelBulkley& law() const { return GetParam().law; }
+};
+
+TEST_P(EveryLaw, RandomStepsKeepTheInvariants) {
+  std::mt19937_64 random(11);
+  for (int path = 0; path < 40; ++path) {
+    State<double> state = at_rest();
+    for (int step = 0; step < 50; ++step) {
+      const Tensor<double> L = random_tensor(random, 30.0);
+      State<double> trial = state;
+      law().elastic().update(trial, L, 1e-3);
+      const double trial_mean = trace(trial.left_cauchy_green) / 3.0;
+      const auto result = law().update(state, L, 1e-3);
+      const double mean = trace(state.left_cauchy_green) / 3.0;
+      EXPECT_NEAR(determinant(state.left_cauchy_green), 1.0, 1e-12);
+      EXPECT_GE(mean, 1.0 - 1e-15);
+      EXPECT_LE(mean, trial_mean * (1.0 + 1e-15));
+      EXPECT_EQ(state.volume_ratio, trial.volume_ratio);  // flow keeps the volume
+      EXPECT_GE(result.dissipation, 0.0);
+      EXPECT_GE(result.plastic_shear_rate, 0.0);
+      // The energy that the flow takes away is what it dissipates.
+      const double scale = law().parameters.shear_modulus * trial_mean + 1e-3 * law().parameters.bulk_modulus;
+      EXPECT_NEAR(law().energy_density(trial) - law().energy_density(state), result.dissipation, 1e-13 * scale);
+      // The stress returned is the stress of the state.
+      EXPECT_EQ(largest_difference(result.kirchhoff_stress, law().kirchhoff_stress(state)), 0.0);
+    }
+  }
+}
+
+// A superposed rotation f -> Q f, and a rotated start with f -> Q f Q^T, both rotate the outcome.
+TEST_P(EveryLaw, IsObjective) {
+  std::mt19937_64 random(12);
+  std::normal_distribution<double> normal(0.0, 1.0);
+  constexpr double dt = 1e-3;
+  for (int i = 0; i < 200; ++i) {
+    const State<double> start = random_state(random, 0.05);
+    const Tensor<double> L = random_tensor(random, 40.0);
+    State<double> plain = start;
+    const auto result = law().update(plain, L, dt);
+
+    const Eigen::Matrix3d Q =
+        Eigen::Quaterniond(normal(random), normal(random), normal(random), normal(random)).normalized().toRotationMatrix();
+    Tensor<double> rotation;
+    Eigen::Matrix3d f = Eigen::Matrix3d::Identity();
+    for (int r = 0; r < 3; ++r) {
+      for (int c = 0; c < 3; ++c) {
+        rotation(r, c) = Q(r, c);
+        f(r, c) += dt * L(r, c);
+      }
+    }
+    const SymTensor<double> expected_b = push_forward(rotation, plain.left_cauchy_green);
+    const SymTensor<double> expected_tau = push_forward(rotation, result.kirchhoff_stress);
+    const auto expect_rotated = [&](State<double> state, const Eigen::Matrix3d& other_f) {
+      Tensor<double> other_L;
+      for (int r = 0; r < 3; ++r)
+        for (int c = 0; c < 3; ++c) other_L(r, c) = (other_f(r, c) - (r == c ? 1.0 : 0.0)) / dt;
+      const auto other = law().update(state, other_L, dt);
+      EXPECT_LT(largest_difference(state.left_cauchy_green, expected_b), 1e-13);
+      const double modulus = law().parameters.bulk_modulus + law().parameters.shear_modulus;
+      EXPECT_LT(largest_difference(other.kirchhoff_stress, expected_tau), 1e-13 * modulus);
+    };
+    expect_rotated(start, Q * f);
+    expect_rotated({push_forward(rotation, start.left_cauchy_green), start.volume_ratio}, Q * f * Q.transpose());
+  }
+}
+
+// Elastic, just yielding and far beyond yield side by side: a lane gives the bits of the scalar path.
+TEST_P(EveryLaw, EachLaneIsTheScalarResult) {
+  std::mt19937_64 random(13);
+  const double sizes[] = {0.0, 1e-6, 0.5, 2.0, 10.0, 50.0, 200.0, 20.0};
+  for (int i = 0; i < 100; ++i) {
+    State<double> one[n_lanes];
+    Tensor<double> L[n_lanes];
+    State<Pack> state;
+    Tensor<Pack> gradient;
+    for (int lane = 0; lane < n_lanes; ++lane) {
+      one[lane] = random_state(random, 1e-3 * lane);
+      L[lane] = random_tensor(random, sizes[(lane + i) % 8]);
+      for (int c = 0; c < 6; ++c) state.left_cauchy_green.c[c][lane] = one[lane].left_cauchy_green.c[c];
+      state.volume_ratio[lane] = one[lane].volume_ratio;
+      for (int c = 0; c < 9; ++c) gradient.c[c][lane] = L[lane].c[c];
+    }
+    const auto lanes = law().update(state, gradient, 1e-3);
+    for (int lane = 0; lane < n_lanes; ++lane) {
+      const auto scalar = law().update(one[lane], L[lane], 1e-3);
+      for (int c = 0; c < 6; ++c) {
+        EXPECT_EQ(state.left_cauchy_green.c[c][lane], one[lane].left_cauchy_green.c[c]);
+        EXPECT_EQ(lanes.kirchhoff_stress.c[c][lane], scalar.kirchhoff_stress.c[c]);
+      }
+      EXPECT_EQ(state.volume_ratio[lane], one[lane].volume_ratio);
+      EXPECT_EQ(lanes.plastic_shear_rate[lane], scalar.plastic_shear_rate);
+      EXPECT_EQ(lanes.dissipation[lane], scalar.dissipation);
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(HerschelBulkley, EveryLaw, testing::ValuesIn(law_cases),
+                         [](const auto& test) { return test.param.id; });
+
+// --- degenerate parameters ----------------------------------------------------------------------------------------------
+
+TEST(HerschelBulkleyLimits, BelowYieldItIsTheElasticSolidBitForBit) {
+  std::mt19937_64 random(14);
+  HerschelBulkley stiff = foam(), rigid = foam();
+  stiff.parameters.sigma_Y = 1e12;
+  rigid.parameters.eta = infinity;
+  for (int i = 0; i < 100; ++i) {
+    const Tensor<double> L = random_tensor(random, 50.0);
+    State<double> a = random_state(random, 0.1), b = a, c = a;
+    const auto elastic = foam().elastic().update(a, L, 1e-3);
+    for (const auto& other : {stiff.update(b, L, 1e-3), rigid.update(c, L, 1e-3)}) {
+      EXPECT_EQ(largest_difference(elastic.kirchhoff_stress, other.kirchhoff_stress), 0.0);
+      EXPECT_EQ(other.plastic_shear_rate, 0.0);
+      EXPECT_EQ(other.dissipation, 0.0);
+    }
+    EXPECT_EQ(largest_difference(a.left_cauchy_green, b.left_cauchy_green), 0.0);
+    EXPECT_EQ(largest_difference(a.left_cauchy_green, c.left_cauchy_green), 0.0);
+  }
+}
+
+TEST(HerschelBulkleyLimits, WithoutConsistencyTheStressLiesOnTheYieldSurface) {
+  HerschelBulkley plastic = foam();
+  plastic.parameters.eta = 0.0;
+  State<double> state = at_rest();
+  for (int step = 0; step < 100; ++step) {
+    const auto result = plastic.update(state, simple_shear(50.0), 1e-2);
+    EXPECT_NEAR(norm(deviator(result.kirchhoff_stress)), std::sqrt(2.0 / 3.0) * 31.9, 1e-11);
+  }
+}
+
+// Newton's fluid with relaxation (Maxwell): the stress decays as in backward Euler of ds/dt = -2 mu s / eta.
+TEST(HerschelBulkleyLimits, WithoutYieldStressAndWithIndexOneItIsAMaxwellFluid) {
+  const HerschelBulkley maxwell{{1000.0, 1e5, 1e4, 0.0, 10.0, 1.0}};
+  State<double> state = at_rest();
+  state.left_cauchy_green = {{1.0, 1.0, 1.0 / (1.0 - 1e-8), 1e-4, 0, 0}};
+  double s = norm(deviator(maxwell.kirchhoff_stress(state)));
+  for (int step = 0; step < 50; ++step) {
+    const auto result = maxwell.update(state, Tensor<double>{}, 1e-5);
+    s /= 1.0 + 2.0 * 1e4 * 1e-5 / 10.0;
+    EXPECT_NEAR(norm(deviator(result.kirchhoff_stress)), s, 1e-7 * s) << step;
+  }
+}
+
+}  // namespace
+}  // namespace bulkley

@@ -1,0 +1,121 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "bulkley/base/error.hpp"
+#include "bulkley/material/preset.hpp"
+#include "support.hpp"
+
+namespace bulkley {
+namespace {
+
+using material_test::foam;
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
+
+struct Entry {
+  double HerschelBulkley::Parameters::*member;
+  const char* name;
+};
+constexpr Entry entries[] = {
+    {&HerschelBulkley::Parameters::density, "density"},
+    {&HerschelBulkley::Parameters::bulk_modulus, "bulk_modulus"},
+    {&HerschelBulkley::Parameters::shear_modulus, "shear_modulus"},
+    {&HerschelBulkley::Parameters::sigma_Y, "sigma_Y"},
+    {&HerschelBulkley::Parameters::eta, "eta"},
+    {&HerschelBulkley::Parameters::h, "h"},
+};
+
+std::string fault_with(double HerschelBulkley::Parameters::*member, double value) {
+  HerschelBulkley::Parameters p = foam().parameters;
+  p.*member = value;
+  return parameter_fault(p).value_or("");
+}
+
+TEST(ParameterFault, ValidParametersHaveNone) {
+  using P = HerschelBulkley::Parameters;
+  EXPECT_FALSE(parameter_fault(foam().parameters));
+  EXPECT_EQ(fault_with(&P::shear_modulus, 0.0), "");
+  EXPECT_EQ(fault_with(&P::sigma_Y, 0.0), "");
+  EXPECT_EQ(fault_with(&P::eta, 0.0), "");
+  EXPECT_EQ(fault_with(&P::eta, infinity), "");
+  EXPECT_EQ(fault_with(&P::h, 0.1), "");
+  EXPECT_EQ(fault_with(&P::h, 3.0), "");
+}
+
+TEST(ParameterFault, NamesWhatIsMissingOrOutOfRange) {
+  using P = HerschelBulkley::Parameters;
+  for (const Entry& e : entries) {
+    EXPECT_NE(fault_with(e.member, nan_value).find(std::string(e.name) + " is not given"), std::string::npos) << e.name;
+    EXPECT_NE(fault_with(e.member, -1.0).find(std::string(e.name) + " = -1 must be"), std::string::npos) << e.name;
+    if (e.member != &P::eta) {
+      EXPECT_NE(fault_with(e.member, infinity), "") << e.name;
+    }
+  }
+  EXPECT_NE(fault_with(&P::density, 0.0), "");
+  EXPECT_NE(fault_with(&P::bulk_modulus, 0.0), "");
+  EXPECT_NE(fault_with(&P::h, 0.0999), "");
+  EXPECT_EQ(fault_with(&P::h, 3.001), "h = 3.001 must be from 0.1 to 3");
+}
+
+TEST(ParameterFault, DefaultParametersAreRefused) {
+  EXPECT_TRUE(parameter_fault(NeoHookean::Parameters{}));
+  EXPECT_TRUE(parameter_fault(HerschelBulkley::Parameters{}));
+}
+
+TEST(RequireValid, ThrowsAUsageErrorThatNamesTheMaterial) {
+  EXPECT_NO_THROW(require_valid({"jelly", foam()}));
+  try {
+    require_valid({"jelly", NeoHookean{{-1.0, 1e5, 1e3}}});
+    FAIL() << "no error";
+  } catch (const UsageError& error) {
+    EXPECT_STREQ(error.what(), "material 'jelly': density = -1 must be positive and finite");
+  }
+}
+
+TEST(ShearRheometer, ConstantsOfTheFoam) {
+  const ShearRheometerConstants c = shear_rheometer_constants(foam().parameters);
+  EXPECT_NEAR(c.yield_stress, 18.4175, 1e-4);
+  EXPECT_NEAR(c.consistency, 17.82135, 1e-5);
+  EXPECT_EQ(c.flow_index, 0.22);
+}
+
+TEST(ShearRheometer, ConversionsAreInverse) {
+  HerschelBulkley::Parameters p = foam().parameters;
+  const HerschelBulkley::Parameters before = p;
+  set_flow(p, shear_rheometer_constants(p));
+  for (const Entry& e : entries) EXPECT_NEAR(p.*e.member, before.*e.member, 1e-14 * before.*e.member) << e.name;
+}
+
+TEST(YoungsModulus, AgreesWithTheUniaxialTest) {
+  const NeoHookean::Parameters p = from_youngs_modulus(1000.0, 2.6e5, 0.3);
+  EXPECT_NEAR(p.shear_modulus, 1e5, 1e-9);
+  EXPECT_NEAR(p.bulk_modulus, 2.6e5 / 1.2, 1e-9);
+  const double youngs_modulus = 9.0 * p.bulk_modulus * p.shear_modulus / (3.0 * p.bulk_modulus + p.shear_modulus);
+  EXPECT_NEAR(youngs_modulus, 2.6e5, 1e-8);
+}
+
+TEST(Preset, EveryOneIsValidAndFoundByName) {
+  EXPECT_EQ(preset_names(), "cream, oobleck, pie");
+  for (const Preset& preset : presets()) {
+    EXPECT_FALSE(parameter_fault(preset.material.parameters)) << preset.name;
+    EXPECT_FALSE(preset.source.empty());
+    const auto found = find_preset(preset.name);
+    EXPECT_TRUE(found && found->material.parameters.eta == preset.material.parameters.eta);
+  }
+  EXPECT_FALSE(find_preset("Cream"));
+  EXPECT_FALSE(find_preset(""));
+}
+
+TEST(Preset, HoldsTheReportedNumbers) {
+  const double expected[3][6] = {{77.7, 1.09e5, 290.0, 31.9, 27.2, 0.22},
+                                 {1000.0, 1.09e5, 1.12e4, 0.1, 10.0, 2.8},
+                                 {275.0, 1.09e5, 1600.0, 120.0, 5.0, 0.27}};
+  const char* names[3] = {"cream", "oobleck", "pie"};
+  for (int i = 0; i < 3; ++i)
+    for (int e = 0; e < 6; ++e) EXPECT_EQ(find_preset(names[i])->material.parameters.*entries[e].member, expected[i][e]);
+}
+
+}  // namespace
+}  // namespace bulkley
