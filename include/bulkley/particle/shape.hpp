@@ -1,0 +1,72 @@
+#pragma once
+// Shapes by their signed distance: negative inside, positive outside.
+
+#include <memory>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "bulkley/base/types.hpp"
+
+namespace bulkley {
+
+struct Box {
+  Vec3 lower, upper;  ///< m
+};
+struct Sphere {
+  Vec3 center;    ///< m
+  double radius;  ///< m
+};
+/// Right circular cylinder with flat ends at `start` and `end`.
+struct Cylinder {
+  Vec3 start, end;  ///< m
+  double radius;    ///< m
+};
+/// All points within `radius` of the segment from `start` to `end`.
+struct Capsule {
+  Vec3 start, end;  ///< m
+  double radius;    ///< m
+};
+/// The half-space { x : (x - point) . normal <= 0 }; a collider only.
+struct Plane {
+  Vec3 point;   ///< m
+  Vec3 normal;  ///< any length > 0, points out of the solid
+};
+
+struct Shape;
+
+/// Everything that is in one of the parts.
+struct Union {
+  std::vector<Shape> parts;
+};
+/// `part` rotated by `angle` about `axis` through `origin`, then moved by `translation`.
+struct Placed {
+  std::shared_ptr<const Shape> part;
+  Vec3 axis = Vec3::UnitZ();
+  double angle = 0.0;  ///< rad
+  Vec3 origin = Vec3::Zero();
+  Vec3 translation = Vec3::Zero();  ///< m
+};
+
+struct Shape {
+  std::variant<Box, Sphere, Cylinder, Capsule, Plane, Union, Placed> kind;
+};
+
+struct Bounds {
+  Vec3 lower, upper;  ///< m; infinite for a plane
+  Vec3 center() const { return 0.5 * (lower + upper); }
+};
+
+/// Signed distance from `point` to the surface, m, negative inside. Exact for the primitives; inside a union a lower
+/// bound of the depth. Not collective, as all functions here.
+double signed_distance(const Shape& shape, const Vec3& point);
+/// Outward unit normal at `point`: the gradient of the signed distance (any unit vector where it is not unique).
+Vec3 outward_normal(const Shape& shape, const Vec3& point);
+/// Smallest axis-aligned box that holds the shape (for placed parts: one that holds it).
+Bounds bounds(const Shape& shape);
+/// `box`, `sphere`, ...
+const char* shape_name(const Shape& shape);
+/// Throws UsageError "<owner>: ..." if the shape, or a part of it, encloses nothing or has a length that is not finite.
+void check_shape(const Shape& shape, const std::string& owner);
+
+}  // namespace bulkley

@@ -1,0 +1,163 @@
+#include "bulkley/particle/particle_set.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <new>
+#include <utility>
+
+#include "bulkley/base/error.hpp"
+
+namespace bulkley {
+
+namespace {
+constexpr std::size_t alignment = 64;
+// Columns of equal size tend to start at the same place modulo the cache's set size; a different offset each avoids that.
+constexpr std::size_t stagger = 5 * alignment;
+constexpr std::size_t max_columns = 64;
+}  // namespace
+
+void ParticleSet::Free::operator()(std::byte* p) const { ::operator delete[](p, std::align_val_t{alignment}); }
+
+ParticleSet::Buffer ParticleSet::allocate(std::size_t bytes) {
+  return Buffer(static_cast<std::byte*>(::operator new[](bytes, std::align_val_t{alignment})));
+}
+
+ParticleSet::ParticleSet(bool with_velocity_gradient) {
+  for (const FieldInfo& f : field_table) {
+    auto& first = first_column_[static_cast<std::size_t>(f.field)];
+    first = -1;
+    if (f.field == Field::velocity_gradient && !with_velocity_gradient) continue;
+    first = static_cast<int>(columns_.size());
+    for (int c = 0; c < f.n_components; ++c) columns_.push_back({f.field, c, element_size(f.type), f.moves});
+  }
+  buffers_.resize(columns_.size());
+  data_.resize(columns_.size(), nullptr);
+  reserve(padding);
+}
+
+ParticleSet::~ParticleSet() = default;
+ParticleSet::ParticleSet(ParticleSet&&) noexcept = default;
+ParticleSet& ParticleSet::operator=(ParticleSet&&) noexcept = default;
+
+bool ParticleSet::has(Field field) const { return first_column_[static_cast<std::size_t>(field)] >= 0; }
+
+std::size_t ParticleSet::first_column(Field field) const {
+  BULKLEY_ASSERT(has(field));
+  return static_cast<std::size_t>(first_column_[static_cast<std::size_t>(field)]);
+}
+
+std::size_t ParticleSet::column_bytes(std::size_t column) const {
+  return (static_cast<std::size_t>(capacity_) + padding) * columns_[column].element_size + max_columns * stagger;
+}
+
+void ParticleSet::reserve(LocalIndex count) {
+  if (count <= capacity_) return;
+  capacity_ = count;
+  for (std::size_t c = 0; c < columns_.size(); ++c) {
+    Buffer fresh = allocate(column_bytes(c));
+    std::byte* start = fresh.get() + c * stagger;
+    const std::size_t used = static_cast<std::size_t>(size_) * columns_[c].element_size;
+    if (used > 0) std::memcpy(start, data_[c], used);
+    const std::size_t usable = (static_cast<std::size_t>(capacity_) + padding) * columns_[c].element_size;
+    std::memset(start + used, 0, usable - used);
+    buffers_[c] = std::move(fresh);
+    data_[c] = start;
+  }
+  scratch_.reset();
+  scratch_bytes_ = 0;
+}
+
+void ParticleSet::resize(LocalIndex new_size) {
+  if (new_size > capacity_) reserve(std::max<LocalIndex>(new_size, capacity_ + capacity_ / 8));
+  for (std::size_t c = 0; c < columns_.size(); ++c) {
+    const std::size_t element = columns_[c].element_size;
+    const LocalIndex from = std::min(size_, new_size);
+    const LocalIndex to = std::max(size_, new_size);
+    std::memset(data_[c] + static_cast<std::size_t>(from) * element, 0, static_cast<std::size_t>(to - from) * element);
+  }
+  size_ = new_size;
+}
+
+double* ParticleSet::real(Field field, int component) {
+  BULKLEY_ASSERT(info(field).type == FieldType::real && component < info(field).n_components);
+  return reinterpret_cast<double*>(data_[first_column(field) + static_cast<std::size_t>(component)]);
+}
+const double* ParticleSet::real(Field field, int component) const {
+  return const_cast<ParticleSet*>(this)->real(field, component);
+}
+std::uint8_t* ParticleSet::material() { return reinterpret_cast<std::uint8_t*>(data_[first_column(Field::material)]); }
+const std::uint8_t* ParticleSet::material() const { return const_cast<ParticleSet*>(this)->material(); }
+GlobalIndex* ParticleSet::id() { return reinterpret_cast<GlobalIndex*>(data_[first_column(Field::id)]); }
+const GlobalIndex* ParticleSet::id() const { return const_cast<ParticleSet*>(this)->id(); }
+
+Vec3 ParticleSet::vector(Field field, LocalIndex p) const {
+  return {real(field, 0)[p], real(field, 1)[p], real(field, 2)[p]};
+}
+void ParticleSet::set_vector(Field field, LocalIndex p, const Vec3& value) {
+  for (int a = 0; a < 3; ++a) real(field, a)[p] = value[a];
+}
+
+void ParticleSet::reorder(std::span<const LocalIndex> order) {
+  BULKLEY_ASSERT(order.size() == static_cast<std::size_t>(size_));
+  const std::size_t n = order.size();
+  // The scratch buffer is swapped with each column in turn; one-byte columns are copied back instead, being smaller.
+  const std::size_t needed = (static_cast<std::size_t>(capacity_) + padding) * sizeof(double) + max_columns * stagger;
+  if (scratch_bytes_ < needed) {
+    scratch_ = allocate(needed);
+    scratch_bytes_ = needed;
+  }
+  for (std::size_t c = 0; c < columns_.size(); ++c) {
+    if (!columns_[c].moves) continue;
+    if (columns_[c].element_size == 1) {
+      const std::byte* from = data_[c];
+      std::byte* to = scratch_.get();
+      for (std::size_t k = 0; k < n; ++k) to[k] = from[order[k]];
+      std::memcpy(data_[c], to, n);
+    } else {
+      const auto* from = reinterpret_cast<const std::int64_t*>(data_[c]);
+      std::byte* start = scratch_.get() + c * stagger;
+      auto* to = reinterpret_cast<std::int64_t*>(start);
+      for (std::size_t k = 0; k < n; ++k) to[k] = from[order[k]];
+      std::memset(to + n, 0, padding * sizeof(std::int64_t));
+      std::swap(buffers_[c], scratch_);
+      data_[c] = start;
+    }
+  }
+}
+
+void ParticleSet::remove(std::span<const LocalIndex> gone) {
+  const auto n_gone = static_cast<LocalIndex>(gone.size());
+  const LocalIndex remaining = size_ - n_gone;
+  // Gaps below `remaining` are filled, in order, by the survivors above it.
+  std::vector<LocalIndex> from;
+  auto next_gone = std::lower_bound(gone.begin(), gone.end(), remaining);
+  const auto n_gaps = static_cast<std::size_t>(next_gone - gone.begin());
+  for (LocalIndex p = remaining; p < size_; ++p) {
+    if (next_gone != gone.end() && *next_gone == p)
+      ++next_gone;
+    else
+      from.push_back(p);
+  }
+  BULKLEY_ASSERT(from.size() == n_gaps);
+  for (std::size_t c = 0; c < columns_.size(); ++c) {
+    const std::size_t element = columns_[c].element_size;
+    for (std::size_t k = 0; k < n_gaps; ++k)
+      std::memcpy(data_[c] + static_cast<std::size_t>(gone[k]) * element, data_[c] + static_cast<std::size_t>(from[k]) * element,
+                  element);
+  }
+  resize(remaining);
+}
+
+std::size_t ParticleSet::memory() const {
+  std::size_t total = scratch_bytes_;
+  for (std::size_t c = 0; c < columns_.size(); ++c) total += column_bytes(c);
+  return total;
+}
+
+std::size_t ParticleSet::bytes_per_particle() const {
+  std::size_t total = 0;
+  for (const Column& c : columns_) total += c.element_size;
+  return total;
+}
+
+}  // namespace bulkley

@@ -1,0 +1,222 @@
+#include "bulkley/particle/seeding.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "bulkley/base/error.hpp"
+
+namespace bulkley {
+
+namespace {
+
+constexpr GlobalIndex places_per_cell = 64;  ///< ids set aside for each cell and body: the largest lattice
+constexpr double largest_jitter = 0.4;       ///< of the lattice spacing: neighbours never meet, and nothing leaves its cell
+
+/// k of the k x k x k lattice in a cell.
+int lattice_width(const Body& body) {
+  for (int k = 1; k <= 4; ++k)
+    if (k * k * k == body.particles_per_cell) return k;
+  throw UsageError("body '" + body.name + "': particles_per_cell = " + std::to_string(body.particles_per_cell) +
+                   " must be 1, 8, 27 or 64");
+}
+
+GlobalIndex n_cells_global(const GridGeometry& grid) {
+  return static_cast<GlobalIndex>(grid.n_cells[0]) * grid.n_cells[1] * grid.n_cells[2];
+}
+
+GlobalIndex cell_index(const GridGeometry& grid, const Int3& cell) {
+  return (static_cast<GlobalIndex>(cell[0]) * grid.n_cells[1] + cell[1]) * grid.n_cells[2] + cell[2];
+}
+
+void check_bodies(const GridGeometry& grid, const std::vector<Body>& bodies) {
+  for (const Body& body : bodies) {
+    check_shape(body.shape, "body '" + body.name + "'");
+    lattice_width(body);
+  }
+  const GlobalIndex largest = std::numeric_limits<GlobalIndex>::max();
+  if (static_cast<GlobalIndex>(bodies.size()) > largest / places_per_cell / n_cells_global(grid))
+    throw UsageError("the grid has too many cells for 64-bit particle ids: " + std::to_string(bodies.size()) + " bodies x " +
+                     std::to_string(n_cells_global(grid)) + " cells x " + std::to_string(places_per_cell) +
+                     " must stay below 2^63");
+}
+
+/// One round of the splitmix64 generator (Steele, Lea & Flood 2014): a well-mixed hash of 64 bits.
+std::uint64_t mixed(std::uint64_t x) {
+  x += 0x9e3779b97f4a7c15u;
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
+  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
+  return x ^ (x >> 31);
+}
+
+/// Uniform in [-1, 1), from a hash of its arguments.
+double random_offset(std::uint64_t seed, GlobalIndex cell, int place, int axis) {
+  const std::uint64_t bits =
+      mixed(mixed(mixed(seed) ^ static_cast<std::uint64_t>(cell)) ^ static_cast<std::uint64_t>(4 * place + axis));
+  return static_cast<double>(bits >> 11) * 0x1p-52 - 1.0;
+}
+
+/// A box of cells, first <= cell < last along each axis.
+struct CellBox {
+  Int3 first, last;
+};
+
+struct CellRange {
+  int first, last;
+};
+
+/// The cells along one axis that hold points of the tiles with this coordinate: one range, or two where the axis wraps.
+std::vector<CellRange> cells_of_tile(const GridGeometry& grid, int axis, int tile) {
+  const int n = grid.n_cells[static_cast<std::size_t>(axis)];
+  const double start = tile_width * tile - grid.node_offset(axis) + grid.base_shift();
+  const int first = static_cast<int>(std::floor(start));
+  const int last = static_cast<int>(std::ceil(start + tile_width));
+  if (!grid.periodic[static_cast<std::size_t>(axis)]) {
+    const CellRange inside{std::max(first, 0), std::min(last, n)};
+    return inside.first < inside.last ? std::vector{inside} : std::vector<CellRange>{};
+  }
+  if (last - first >= n) return {{0, n}};
+  std::vector<CellRange> result;
+  if (first < n) result.push_back({first, std::min(last, n)});
+  if (last > n) result.push_back({std::max(first - n, 0), last - n});
+  return result;
+}
+
+std::vector<CellBox> cell_boxes(const GridGeometry& grid, TileIndex tile) {
+  const Int3 t = grid.tile_coordinates(tile);
+  std::vector<CellBox> result;
+  for (const CellRange& x : cells_of_tile(grid, 0, t[0]))
+    for (const CellRange& y : cells_of_tile(grid, 1, t[1]))
+      for (const CellRange& z : cells_of_tile(grid, 2, t[2]))
+        result.push_back({{x.first, y.first, z.first}, {x.last, y.last, z.last}});
+  return result;
+}
+
+/// A body that reaches into a box of cells.
+struct BodyNear {
+  std::size_t index;
+  bool everywhere;  ///< it fills the box
+};
+
+/// The bodies that may hold points of the box, in their order; none after one that fills it.
+std::vector<BodyNear> bodies_near(const GridGeometry& grid, const std::vector<Body>& bodies, const CellBox& box) {
+  const Vec3 first(box.first[0], box.first[1], box.first[2]);
+  const Vec3 last(box.last[0], box.last[1], box.last[2]);
+  const Vec3 center = grid.lower + 0.5 * (first + last) * grid.cell_size;
+  const double half_diagonal = 0.5 * (last - first).norm() * grid.cell_size;
+  std::vector<BodyNear> result;
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    const double distance = signed_distance(bodies[b].shape, center);
+    if (distance > half_diagonal) continue;
+    result.push_back({b, distance < -half_diagonal});
+    if (result.back().everywhere) break;
+  }
+  return result;
+}
+
+/// Whether the point belongs to near[n]: inside it, and in no body before it.
+bool belongs(const std::vector<Body>& bodies, const std::vector<BodyNear>& near, std::size_t n, const Vec3& position) {
+  for (std::size_t earlier = 0; earlier < n; ++earlier)
+    if (signed_distance(bodies[near[earlier].index].shape, position) <= 0.0) return false;
+  return near[n].everywhere || signed_distance(bodies[near[n].index].shape, position) <= 0.0;
+}
+
+/// Calls visit(position, place) for each lattice point of `body` in `cell`.
+template <class Visit>
+void visit_lattice(const GridGeometry& grid, const Body& body, const Int3& cell, const Visit& visit) {
+  const int k = lattice_width(body);
+  const double spacing = 1.0 / k;
+  for (int place = 0; place < k * k * k; ++place) {
+    const Int3 a{place / (k * k), (place / k) % k, place % k};
+    Vec3 position;
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto c = static_cast<std::size_t>(axis);
+      double in_cell = (a[c] + 0.5) * spacing;
+      if (body.lattice == SeedingLattice::jittered)
+        in_cell += largest_jitter * spacing * random_offset(body.seed, cell_index(grid, cell), place, axis);
+      position[axis] = grid.lower[axis] + (cell[c] + in_cell) * grid.cell_size;
+    }
+    visit(position, place);
+  }
+}
+
+/// Calls visit(body, position, id) for each particle of `tile`.
+template <class Visit>
+void visit_tile(const GridGeometry& grid, const std::vector<Body>& bodies, TileIndex tile, const Visit& visit) {
+  for (const CellBox& box : cell_boxes(grid, tile)) {
+    const std::vector<BodyNear> near = bodies_near(grid, bodies, box);
+    for (std::size_t n = 0; n < near.size(); ++n) {
+      const std::size_t b = near[n].index;
+      for (int i = box.first[0]; i < box.last[0]; ++i)
+        for (int j = box.first[1]; j < box.last[1]; ++j)
+          for (int k = box.first[2]; k < box.last[2]; ++k) {
+            const Int3 cell{i, j, k};
+            const GlobalIndex first_id =
+                (static_cast<GlobalIndex>(b) * n_cells_global(grid) + cell_index(grid, cell)) * places_per_cell;
+            visit_lattice(grid, bodies[b], cell, [&](const Vec3& position, int place) {
+              if (grid.tile_of(position) == tile && belongs(bodies, near, n, position)) visit(b, position, first_id + place);
+            });
+          }
+    }
+  }
+}
+
+/// A particle that is yet to be stored.
+struct Seed {
+  Vec3 position;
+  GlobalIndex id;
+  std::size_t body;
+};
+
+void store(const GridGeometry& grid, const Body& body, const Seed& seed, LocalIndex p, ParticleSet& particles) {
+  const Vec3& omega = body.angular_velocity;
+  const double volume = grid.cell_size * grid.cell_size * grid.cell_size / body.particles_per_cell;
+  particles.set_vector(Field::position, p, seed.position);
+  particles.set_vector(Field::velocity, p, body.velocity + omega.cross(seed.position - body.center));
+  const double spin[9] = {0.0, -omega[2], omega[1], omega[2], 0.0, -omega[0], -omega[1], omega[0], 0.0};
+  for (int c = 0; c < 9; ++c) particles.real(Field::affine_velocity, c)[p] = spin[c];
+  for (int c = 0; c < 3; ++c) particles.real(Field::left_cauchy_green, c)[p] = 1.0;
+  particles.real(Field::volume_ratio)[p] = 1.0;
+  particles.real(Field::mass)[p] = body.density * volume;
+  particles.real(Field::reference_volume)[p] = volume;
+  particles.material()[p] = body.material_index;
+  particles.id()[p] = seed.id;
+}
+
+}  // namespace
+
+std::vector<GlobalIndex> count_particles(const GridGeometry& grid, const std::vector<Body>& bodies, TileIndex first,
+                                         TileIndex last) {
+  check_bodies(grid, bodies);
+  std::vector<GlobalIndex> counts(static_cast<std::size_t>(std::max(last - first, 0)), 0);
+  for (TileIndex tile = first; tile < last; ++tile)
+    visit_tile(grid, bodies, tile,
+               [&](std::size_t, const Vec3&, GlobalIndex) { ++counts[static_cast<std::size_t>(tile - first)]; });
+  return counts;
+}
+
+void seed_particles(const GridGeometry& grid, const std::vector<Body>& bodies, const std::vector<TileIndex>& tiles,
+                    ParticleSet& particles) {
+  check_bodies(grid, bodies);
+  for (const Body& body : bodies)
+    if (!(body.density > 0.0 && std::isfinite(body.density)))
+      throw UsageError("body '" + body.name + "': density = " + std::to_string(body.density) +
+                       " must be a finite number > 0");
+
+  std::vector<Seed> seeds;
+  for (const TileIndex tile : tiles)
+    visit_tile(grid, bodies, tile, [&](std::size_t body, const Vec3& position, GlobalIndex id) {
+      seeds.push_back({position, id, body});
+    });
+
+  const LocalIndex before = particles.size();
+  const GlobalIndex after = before + static_cast<GlobalIndex>(seeds.size());
+  if (after > std::numeric_limits<LocalIndex>::max() - ParticleSet::padding)
+    throw RunError("one rank cannot hold " + std::to_string(after) + " particles: use more ranks");
+  particles.resize(static_cast<LocalIndex>(after));
+  for (std::size_t s = 0; s < seeds.size(); ++s)
+    store(grid, bodies[seeds[s].body], seeds[s], before + static_cast<LocalIndex>(s), particles);
+}
+
+}  // namespace bulkley

@@ -1,0 +1,254 @@
+#include "bulkley/particle/shape.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "bulkley/base/error.hpp"
+
+namespace bulkley {
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/// `v` / |v|, or `otherwise` where v vanishes.
+Vec3 unit_or(const Vec3& v, const Vec3& otherwise) {
+  const double length = v.norm();
+  return length > 0.0 ? Vec3(v / length) : otherwise;
+}
+
+/// Any unit vector at right angles to the unit vector `axis`.
+Vec3 perpendicular(const Vec3& axis) {
+  int smallest = 0;
+  axis.cwiseAbs().minCoeff(&smallest);
+  return axis.cross(Vec3::Unit(smallest)).normalized();
+}
+
+// --- box -------------------------------------------------------------------------------------------------------------
+
+/// Signed distance along each axis to the nearer of the two faces, negative between them.
+Vec3 face_distances(const Box& box, const Vec3& x) { return (box.lower - x).cwiseMax(x - box.upper); }
+
+double distance(const Box& box, const Vec3& x) {
+  const Vec3 q = face_distances(box, x);
+  return q.cwiseMax(0.0).norm() + std::min(q.maxCoeff(), 0.0);
+}
+
+Vec3 normal(const Box& box, const Vec3& x) {
+  const Vec3 q = face_distances(box, x);
+  const Vec3 middle = 0.5 * (box.lower + box.upper);
+  Vec3 outside = Vec3::Zero();
+  for (int a = 0; a < 3; ++a) outside[a] = std::copysign(std::max(q[a], 0.0), x[a] - middle[a]);
+  int nearest = 0;
+  q.maxCoeff(&nearest);
+  const Vec3 face = Vec3::Unit(nearest) * std::copysign(1.0, x[nearest] - middle[nearest]);
+  return unit_or(outside, face);
+}
+
+Bounds extent(const Box& box) { return {box.lower, box.upper}; }
+
+// --- sphere ----------------------------------------------------------------------------------------------------------
+
+double distance(const Sphere& sphere, const Vec3& x) { return (x - sphere.center).norm() - sphere.radius; }
+Vec3 normal(const Sphere& sphere, const Vec3& x) { return unit_or(x - sphere.center, Vec3::UnitZ()); }
+Bounds extent(const Sphere& sphere) {
+  return {sphere.center.array() - sphere.radius, sphere.center.array() + sphere.radius};
+}
+
+// --- cylinder --------------------------------------------------------------------------------------------------------
+
+/// A point in the cylinder's own coordinates.
+struct CylinderCoordinates {
+  Vec3 axis;      ///< unit, from start to end
+  Vec3 radial;    ///< unit, away from the axis
+  double beside;  ///< signed distance to the mantle, m
+  double beyond;  ///< signed distance to the nearer end, m
+  double side;    ///< -1: that is the start, +1: the end
+};
+
+CylinderCoordinates coordinates(const Cylinder& cylinder, const Vec3& x) {
+  const Vec3 along = cylinder.end - cylinder.start;
+  const double length = along.norm();
+  const Vec3 axis = along / length;
+  const Vec3 relative = x - cylinder.start;
+  const double height = relative.dot(axis);
+  const Vec3 radial = relative - height * axis;
+  return {axis, unit_or(radial, perpendicular(axis)), radial.norm() - cylinder.radius, std::max(-height, height - length),
+          height < 0.5 * length ? -1.0 : 1.0};
+}
+
+double distance(const Cylinder& cylinder, const Vec3& x) {
+  const CylinderCoordinates c = coordinates(cylinder, x);
+  return std::hypot(std::max(c.beside, 0.0), std::max(c.beyond, 0.0)) + std::min(std::max(c.beside, c.beyond), 0.0);
+}
+
+Vec3 normal(const Cylinder& cylinder, const Vec3& x) {
+  const CylinderCoordinates c = coordinates(cylinder, x);
+  const Vec3 outside = std::max(c.beside, 0.0) * c.radial + std::max(c.beyond, 0.0) * c.side * c.axis;
+  return unit_or(outside, c.beside >= c.beyond ? c.radial : Vec3(c.side * c.axis));
+}
+
+Bounds extent(const Cylinder& cylinder) {
+  const Vec3 axis = (cylinder.end - cylinder.start).normalized();
+  // A disc of radius R with this normal reaches R sqrt(1 - a_i^2) along axis i.
+  const Vec3 reach = cylinder.radius * (1.0 - axis.array().square()).max(0.0).sqrt();
+  return {cylinder.start.cwiseMin(cylinder.end) - reach, cylinder.start.cwiseMax(cylinder.end) + reach};
+}
+
+// --- capsule ---------------------------------------------------------------------------------------------------------
+
+/// From the nearest point of the segment to x.
+Vec3 from_segment(const Capsule& capsule, const Vec3& x) {
+  const Vec3 along = capsule.end - capsule.start;
+  const Vec3 relative = x - capsule.start;
+  const double length_squared = along.squaredNorm();
+  const double t = length_squared > 0.0 ? std::clamp(relative.dot(along) / length_squared, 0.0, 1.0) : 0.0;
+  return relative - t * along;
+}
+
+double distance(const Capsule& capsule, const Vec3& x) { return from_segment(capsule, x).norm() - capsule.radius; }
+Vec3 normal(const Capsule& capsule, const Vec3& x) {
+  return unit_or(from_segment(capsule, x), perpendicular(unit_or(capsule.end - capsule.start, Vec3::UnitZ())));
+}
+Bounds extent(const Capsule& capsule) {
+  return {capsule.start.cwiseMin(capsule.end).array() - capsule.radius,
+          capsule.start.cwiseMax(capsule.end).array() + capsule.radius};
+}
+
+// --- plane -----------------------------------------------------------------------------------------------------------
+
+Vec3 normal(const Plane& plane, const Vec3&) { return plane.normal.normalized(); }
+double distance(const Plane& plane, const Vec3& x) { return (x - plane.point).dot(normal(plane, x)); }
+Bounds extent(const Plane&) { return {Vec3::Constant(-infinity), Vec3::Constant(infinity)}; }
+
+// --- union -----------------------------------------------------------------------------------------------------------
+
+double distance(const Union& all, const Vec3& x) {
+  double nearest = infinity;
+  for (const Shape& part : all.parts) nearest = std::min(nearest, signed_distance(part, x));
+  return nearest;
+}
+
+Vec3 normal(const Union& all, const Vec3& x) {
+  const auto nearest = std::min_element(all.parts.begin(), all.parts.end(), [&](const Shape& a, const Shape& b) {
+    return signed_distance(a, x) < signed_distance(b, x);
+  });
+  return outward_normal(*nearest, x);
+}
+
+Bounds extent(const Union& all) {
+  Bounds result{Vec3::Constant(infinity), Vec3::Constant(-infinity)};
+  for (const Shape& part : all.parts) {
+    const Bounds b = bounds(part);
+    result.lower = result.lower.cwiseMin(b.lower);
+    result.upper = result.upper.cwiseMax(b.upper);
+  }
+  return result;
+}
+
+// --- placed ----------------------------------------------------------------------------------------------------------
+
+Mat3 rotation(const Placed& placed) { return Eigen::AngleAxisd(placed.angle, placed.axis.normalized()).toRotationMatrix(); }
+
+/// Where the point x of the placed shape was before it was placed.
+Vec3 before(const Placed& placed, const Mat3& turn, const Vec3& x) {
+  return turn.transpose() * (x - placed.translation - placed.origin) + placed.origin;
+}
+
+double distance(const Placed& placed, const Vec3& x) {
+  return signed_distance(*placed.part, before(placed, rotation(placed), x));
+}
+
+Vec3 normal(const Placed& placed, const Vec3& x) {
+  const Mat3 turn = rotation(placed);
+  return turn * outward_normal(*placed.part, before(placed, turn, x));
+}
+
+Bounds extent(const Placed& placed) {
+  const Bounds b = bounds(*placed.part);
+  if (!b.lower.allFinite() || !b.upper.allFinite()) return {Vec3::Constant(-infinity), Vec3::Constant(infinity)};
+  const Mat3 turn = rotation(placed);
+  const Vec3 center = turn * (b.center() - placed.origin) + placed.origin + placed.translation;
+  const Vec3 reach = turn.cwiseAbs() * (0.5 * (b.upper - b.lower));
+  return {center - reach, center + reach};
+}
+
+// --- checks ----------------------------------------------------------------------------------------------------------
+
+bool is_positive(double length) { return length > 0.0 && std::isfinite(length); }
+
+/// What is wrong with a shape; null if nothing is.
+const char* fault(const Box& box) {
+  if (!box.lower.allFinite() || !box.upper.allFinite()) return "a box needs finite corners";
+  return (box.lower.array() < box.upper.array()).all() ? nullptr : "a box needs lower < upper along every axis";
+}
+const char* fault(const Sphere& sphere) {
+  return sphere.center.allFinite() && is_positive(sphere.radius) ? nullptr
+                                                                 : "a sphere needs a finite centre and a radius > 0";
+}
+const char* fault(const Cylinder& cylinder) {
+  if (!is_positive((cylinder.end - cylinder.start).norm())) return "a cylinder needs two different, finite end points";
+  return is_positive(cylinder.radius) ? nullptr : "a cylinder needs a radius > 0";
+}
+const char* fault(const Capsule& capsule) {
+  if (!capsule.start.allFinite() || !capsule.end.allFinite()) return "a capsule needs finite end points";
+  return is_positive(capsule.radius) ? nullptr : "a capsule needs a radius > 0";
+}
+const char* fault(const Plane& plane) {
+  return plane.point.allFinite() && is_positive(plane.normal.norm())
+             ? nullptr
+             : "a plane needs a finite point and a normal of length > 0";
+}
+const char* fault(const Shape& shape);
+const char* fault(const Union& all) {
+  if (all.parts.empty()) return "a union needs at least one part";
+  for (const Shape& part : all.parts)
+    if (const char* what = fault(part)) return what;
+  return nullptr;
+}
+const char* fault(const Placed& placed) {
+  if (!placed.part) return "a placed shape needs a part";
+  if (!is_positive(placed.axis.norm()) || !std::isfinite(placed.angle))
+    return "a placed shape needs a rotation axis of length > 0 and a finite angle";
+  if (!placed.origin.allFinite() || !placed.translation.allFinite())
+    return "a placed shape needs a finite origin and translation";
+  return fault(*placed.part);
+}
+const char* fault(const Shape& shape) {
+  return std::visit([](const auto& kind) { return fault(kind); }, shape.kind);
+}
+
+const char* kind_name(const Box&) { return "box"; }
+const char* kind_name(const Sphere&) { return "sphere"; }
+const char* kind_name(const Cylinder&) { return "cylinder"; }
+const char* kind_name(const Capsule&) { return "capsule"; }
+const char* kind_name(const Plane&) { return "plane"; }
+const char* kind_name(const Union&) { return "union"; }
+const char* kind_name(const Placed&) { return "placed"; }
+
+}  // namespace
+
+double signed_distance(const Shape& shape, const Vec3& point) {
+  return std::visit([&](const auto& kind) { return distance(kind, point); }, shape.kind);
+}
+
+Vec3 outward_normal(const Shape& shape, const Vec3& point) {
+  return std::visit([&](const auto& kind) { return normal(kind, point); }, shape.kind);
+}
+
+Bounds bounds(const Shape& shape) {
+  return std::visit([](const auto& kind) { return extent(kind); }, shape.kind);
+}
+
+const char* shape_name(const Shape& shape) {
+  return std::visit([](const auto& kind) { return kind_name(kind); }, shape.kind);
+}
+
+void check_shape(const Shape& shape, const std::string& owner) {
+  if (const char* what = fault(shape)) throw UsageError(owner + ": " + what);
+}
+
+}  // namespace bulkley
