@@ -1,0 +1,40 @@
+#pragma once
+// Which cell of which pool tile each particle is in, and the physical order of particles.
+
+#include <span>
+#include <vector>
+
+#include "bulkley/kernel/boundary.hpp"
+#include "bulkley/kernel/pool.hpp"
+#include "bulkley/kernel/step_bounds.hpp"
+#include "bulkley/particle/particle_set.hpp"
+
+namespace bulkley {
+
+/// For every particle: slot of its tile in the pool * tile_nodes + its base node within the tile (row-major, z fastest).
+struct CellMap {
+  std::vector<LocalIndex> cell;   ///< by particle, then ParticleSet::padding entries that kernels may read
+  std::vector<LocalIndex> count;  ///< particles by cell
+};
+
+/// A particle that is not in a tile of this rank's pool.
+struct Stray {
+  LocalIndex particle;
+  TileIndex tile;
+};
+
+/// Brings positions back into the domain: wraps periodic axes, puts particles that have crossed a wall by less than half a
+/// cell back onto it. Particles beyond an outflow face are appended to `removed` (ascending); beyond any other face they count
+/// as escaped, and not-finite positions as such (`bounds`), and stay where they are. Not collective.
+void confine(const GridGeometry& grid, const Faces& faces, ParticleSet& particles, std::vector<LocalIndex>& removed,
+             StepBounds& bounds);
+
+/// Fills `map` and bounds.cell_count; particles in tiles outside the pool get cell 0, are not counted and are appended to
+/// `strays`. Precondition: positions inside the domain. Not collective.
+void locate(const GridGeometry& grid, const PoolLayout& layout, const ParticleSet& particles, CellMap& map,
+            std::vector<Stray>& strays, StepBounds& bounds);
+
+/// Physically sorts particles by tile and cell, and `map` with them. Not collective.
+void sort_particles(ParticleSet& particles, CellMap& map);
+
+}  // namespace bulkley

@@ -1,0 +1,25 @@
+#pragma once
+// Momentum -> velocity on the nodes that a rank owns.
+
+#include <span>
+
+#include "bulkley/kernel/boundary.hpp"
+#include "bulkley/kernel/pool.hpp"
+
+namespace bulkley {
+
+struct GridUpdate {
+  Vec3 gravity;          ///< m/s^2
+  double dt;             ///< s
+  double smallest_mass;  ///< kg; a node with no more counts as empty and gets zero velocity
+};
+
+/// For every node of `active`: {m v + dt f, m} -> {v, m} with v = (m v + dt f) / m + dt g.
+/// With `impulse` (dt f apart, `nodes` holding m v): also turns `impulse` into {v after - v before forces}; call
+/// `apply_constraints` with both. Not collective.
+void grid_update(const GridUpdate& update, std::span<const LocalIndex> active, Node* nodes, Node* impulse);
+
+/// Applies contact to node velocities (constraint.node indexes `nodes`), and to `change` where given. Not collective.
+void apply_constraints(std::span<const NodeConstraint> constraints, Node* nodes, Node* change);
+
+}  // namespace bulkley

@@ -1,0 +1,36 @@
+#pragma once
+// Sums whose bits do not depend on the order of addition (docs/theory.md, "Order-free sums"; after Demmel & Nguyen 2013,
+// pre-rounded reproducible summation).
+//
+// Every addend is rounded to a multiple of one power of two u, chosen so that all partial sums are exact in double.
+
+#include <cmath>
+
+#include "bulkley/base/error.hpp"
+
+namespace bulkley {
+
+/// M = 1.5 * 2^52 * u for sums whose addends' absolute values sum to at most `bound`: (a + M) - M is `a` rounded to a multiple
+/// of u, and any sum of such values is exact. Precondition: bound finite and >= 0.
+inline double rounding_constant(double bound) {
+  BULKLEY_ASSERT(bound >= 0.0 && std::isfinite(bound));
+  int exponent = 0;
+  std::frexp(bound, &exponent);  // bound < 2^exponent
+  // u = 2^(exponent - 51): |a| < 2^51 u keeps a + M between 2^52 u and 2^53 u, where doubles are spaced by u.
+  return std::ldexp(1.5, exponent + 1);
+}
+
+/// The quantum u of rounding_constant(bound).
+inline double rounding_quantum(double bound) {
+  int exponent = 0;
+  std::frexp(bound, &exponent);
+  return std::ldexp(1.0, exponent - 51);
+}
+
+/// `value` rounded to a multiple of the quantum that belongs to `constant`.
+template <class Real>
+inline Real rounded(Real value, Real constant) {
+  return (value + constant) - constant;
+}
+
+}  // namespace bulkley

@@ -1,0 +1,55 @@
+#pragma once
+// A rank's merged pool of nodes: the union of the footprints of its tiles, each node once.
+//
+// Layout. For every column (I, J) of nodes the pool holds the z-intervals that some tile reaches, each interval contiguous
+// in z ("row"). A tile's footprint is footprint_width^2 such rows, so a table of row offsets per tile turns a node of the
+// footprint into a pool index: row_offset[slot][i * w + j] + k. A scattered set of tiles thus costs only its own nodes.
+
+#include <span>
+#include <vector>
+
+#include "bulkley/kernel/tile.hpp"
+
+namespace bulkley {
+
+/// Mass and momentum (or velocity) of one node, the unit of every exchange: {x, y, z, mass}.
+struct alignas(32) Node {
+  double c[4];
+};
+
+/// A contiguous run of pool nodes: (i, j, k .. k + count - 1) in grid indices (not yet wrapped), at pool index `offset`.
+struct NodeRow {
+  int i, j, k;
+  int count;
+  LocalIndex offset;
+};
+
+/// Where the nodes of a set of tiles stand in the pool. Not collective.
+class PoolLayout {
+ public:
+  PoolLayout() = default;
+  /// `tiles`: ascending, each once.
+  PoolLayout(const GridGeometry& grid, std::vector<TileIndex> tiles);
+
+  const std::vector<TileIndex>& tiles() const { return tiles_; }
+  const std::vector<NodeRow>& rows() const { return rows_; }
+  LocalIndex n_nodes() const { return n_nodes_; }
+  /// Position of `tile` in tiles(), or -1.
+  LocalIndex slot(TileIndex tile) const {
+    const TileIndex relative = tile - first_tile_;
+    return relative >= 0 && relative < static_cast<TileIndex>(slot_of_tile_.size()) ? slot_of_tile_[relative] : -1;
+  }
+  /// footprint_width^2 offsets per slot.
+  std::span<const LocalIndex> row_offsets() const { return row_offset_; }
+  std::size_t memory() const;
+
+ private:
+  std::vector<TileIndex> tiles_;
+  std::vector<NodeRow> rows_;
+  std::vector<LocalIndex> row_offset_;
+  std::vector<LocalIndex> slot_of_tile_;  ///< by tile index - first_tile_
+  TileIndex first_tile_ = 0;
+  LocalIndex n_nodes_ = 0;
+};
+
+}  // namespace bulkley

@@ -1,0 +1,18 @@
+#pragma once
+// Constitutive update of all particles of one material.
+
+#include "bulkley/kernel/step_bounds.hpp"
+#include "bulkley/material/material.hpp"
+#include "bulkley/particle/particle_set.hpp"
+
+namespace bulkley {
+
+/// Advances the particles with material index `material_index` by dt.
+/// Reads velocity gradient (field `gradient`: affine_velocity or velocity_gradient), left_cauchy_green, volume_ratio,
+/// reference_volume, id. Writes left_cauchy_green, volume_ratio, kirchhoff_stress, plastic_shear_rate, and adds to
+/// plastic_dissipation. Merges into `bounds`: wave_speed, stress_volume, smallest/largest_volume_ratio, n_not_finite,
+/// n_inverted, failed_id. Not collective.
+void stress_update(const Material& material, std::uint8_t material_index, Field gradient, double dt, ParticleSet& particles,
+                   StepBounds& bounds);
+
+}  // namespace bulkley

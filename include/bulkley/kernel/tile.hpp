@@ -1,0 +1,73 @@
+#pragma once
+// The background grid's index arithmetic: nodes, tiles, and which tile a particle belongs to.
+//
+// Nodes. Along a periodic axis there are `n_cells` nodes, node I at lower + I dx, and indices wrap. Along any other axis
+// there are n_cells + 4, node I at lower + (I - 1) dx: one below the domain and three above, so that every stencil of a
+// particle inside the domain (faces included) exists. Tile T covers nodes 4 T .. 4 T + 3 per axis.
+// A particle belongs to the tile of the first ("base") node of its stencil.
+
+#include <cmath>
+
+#include "bulkley/base/types.hpp"
+
+namespace bulkley {
+
+inline constexpr int tile_width = 4;                                         ///< nodes per tile and axis
+inline constexpr int tile_nodes = tile_width * tile_width * tile_width;      ///< nodes (and base cells) per tile
+
+using TileIndex = std::int32_t;  ///< linear index of a tile, z fastest
+
+/// B-spline degree of the transfers.
+enum class SplineOrder : int { quadratic = 2, cubic = 3 };
+
+/// Nodes per axis in one particle's stencil: 3 or 4.
+constexpr int stencil_width(SplineOrder order) { return static_cast<int>(order) + 1; }
+/// Nodes per axis that the particles of one tile reach: 6 or 7.
+constexpr int footprint_width(SplineOrder order) { return tile_width + static_cast<int>(order); }
+
+/// The uniform background grid over an axis-aligned box.
+struct GridGeometry {
+  Vec3 lower = Vec3::Zero();        ///< m
+  double cell_size = 0.0;           ///< dx, m
+  Int3 n_cells{0, 0, 0};            ///< per axis; a multiple of tile_width along periodic axes
+  std::array<bool, 3> periodic{false, false, false};
+  SplineOrder order = SplineOrder::quadratic;
+
+  double inverse_cell_size() const { return 1.0 / cell_size; }
+  Vec3 upper() const { return lower + cell_size * Vec3(n_cells[0], n_cells[1], n_cells[2]); }
+  /// Index of the node at `lower`.
+  int node_offset(int axis) const { return periodic[axis] ? 0 : 1; }
+  int n_nodes(int axis) const { return periodic[axis] ? n_cells[axis] : n_cells[axis] + 4; }
+  int n_tiles(int axis) const { return (n_nodes(axis) + tile_width - 1) / tile_width; }
+  TileIndex n_tiles() const { return n_tiles(0) * n_tiles(1) * n_tiles(2); }
+  double node_coordinate(int axis, int index) const { return lower[axis] + (index - node_offset(axis)) * cell_size; }
+
+  /// Distance from the base node to the particle's cell origin, in cells: base = floor(xi - shift) + node_offset.
+  double base_shift() const { return order == SplineOrder::quadratic ? 0.5 : 1.0; }
+
+  /// Index of the base node along one axis, wrapped if periodic. Precondition: lower <= coordinate <= upper.
+  int base_node(int axis, double coordinate) const {
+    const double xi = (coordinate - lower[axis]) * inverse_cell_size();
+    int base = static_cast<int>(std::floor(xi - base_shift())) + node_offset(axis);
+    if (periodic[axis]) {
+      if (base < 0) base += n_cells[axis];
+      if (base >= n_cells[axis]) base -= n_cells[axis];
+    }
+    return base;
+  }
+
+  TileIndex tile_index(const Int3& tile) const { return (tile[0] * n_tiles(1) + tile[1]) * n_tiles(2) + tile[2]; }
+  Int3 tile_coordinates(TileIndex tile) const {
+    const int nz = n_tiles(2), ny = n_tiles(1);
+    return {tile / (ny * nz), (tile / nz) % ny, tile % nz};
+  }
+  TileIndex tile_of_node(const Int3& node) const {
+    return tile_index({node[0] / tile_width, node[1] / tile_width, node[2] / tile_width});
+  }
+  /// The tile that a particle at `position` belongs to. Precondition: inside the domain.
+  TileIndex tile_of(const Vec3& position) const {
+    return tile_of_node({base_node(0, position[0]), base_node(1, position[1]), base_node(2, position[2])});
+  }
+};
+
+}  // namespace bulkley

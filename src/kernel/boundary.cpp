@@ -1,0 +1,102 @@
+#include "bulkley/kernel/boundary.hpp"
+
+#include <cmath>
+#include <optional>
+
+#include "bulkley/base/error.hpp"
+
+namespace bulkley {
+
+namespace {
+
+constexpr std::array<const char*, 6> face_names = {"x lower", "x upper", "y lower", "y upper", "z lower", "z upper"};
+
+/// What a face does to the nodes on and behind it; nothing if it lets material pass.
+std::optional<Contact> contact_of(FaceKind kind) {
+  switch (kind) {
+    case FaceKind::sticky:
+      return Contact::sticky;
+    case FaceKind::slip:
+      return Contact::slip;
+    case FaceKind::separating:
+      return Contact::separating;
+    case FaceKind::periodic:
+    case FaceKind::outflow:
+    case FaceKind::open:
+      break;
+  }
+  return std::nullopt;
+}
+
+void check_friction(double friction, const std::string& where) {
+  if (!(friction >= 0.0 && std::isfinite(friction)))
+    throw UsageError(where + ": friction = " + std::to_string(friction) + " must be a finite number >= 0");
+}
+
+void check_faces(const GridGeometry& grid, const Faces& faces) {
+  for (int f = 0; f < 6; ++f) {
+    const Face& face = faces[static_cast<std::size_t>(f)];
+    const std::string where = std::string("face ") + face_names[static_cast<std::size_t>(f)];
+    if ((face.kind == FaceKind::periodic) != grid.periodic[static_cast<std::size_t>(f / 2)])
+      throw UsageError(where + ": a face is periodic if and only if its axis and the opposite face are");
+    check_friction(face.friction, where);
+  }
+}
+
+/// Whether the node lies on or behind face f. Decided on indices, so that no rounding can move a wall.
+bool behind_face(const GridGeometry& grid, int f, const Int3& node) {
+  const int axis = f / 2;
+  const int from_lower = node[static_cast<std::size_t>(axis)] - grid.node_offset(axis);
+  return f % 2 == 0 ? from_lower <= 0 : from_lower >= grid.n_cells[static_cast<std::size_t>(axis)];
+}
+
+}  // namespace
+
+std::vector<NodeConstraint> node_constraints(const GridGeometry& grid, const Faces& faces,
+                                             const std::vector<Collider>& colliders, const std::vector<Int3>& nodes) {
+  check_faces(grid, faces);
+  for (const Collider& collider : colliders) {
+    const std::string owner = "collider '" + collider.name + "'";
+    check_shape(collider.shape, owner);
+    check_friction(collider.friction, owner);
+  }
+
+  std::vector<NodeConstraint> result;
+  for (std::size_t n = 0; n < nodes.size(); ++n) {
+    const Int3& node = nodes[n];
+    const auto index = static_cast<LocalIndex>(n);
+    const std::size_t first = result.size();
+    for (int f = 0; f < 6; ++f) {
+      const Face& face = faces[static_cast<std::size_t>(f)];
+      const std::optional<Contact> contact = contact_of(face.kind);
+      if (!contact || !behind_face(grid, f, node)) continue;
+      const double inward = f % 2 == 0 ? 1.0 : -1.0;
+      result.push_back({index, *contact, face.friction, inward * Vec3::Unit(f / 2)});
+    }
+    const Vec3 x(grid.node_coordinate(0, node[0]), grid.node_coordinate(1, node[1]), grid.node_coordinate(2, node[2]));
+    for (const Collider& collider : colliders)
+      if (signed_distance(collider.shape, x) <= 0.0)
+        result.push_back({index, collider.contact, collider.friction, outward_normal(collider.shape, x)});
+
+    // A second wall may turn the velocity back into the first: the second round leaves at most cos^2 of their angle of it.
+    const std::size_t last = result.size();
+    if (last - first > 1)
+      for (std::size_t c = first; c < last; ++c) result.push_back(NodeConstraint(result[c]));
+  }
+  return result;
+}
+
+Vec3 constrained_velocity(const NodeConstraint& constraint, const Vec3& velocity) {
+  if (constraint.contact == Contact::sticky) return Vec3::Zero();
+  const double normal_speed = velocity.dot(constraint.normal);
+  const Vec3 tangential = velocity - normal_speed * constraint.normal;
+  if (constraint.contact == Contact::slip) return tangential;
+  if (normal_speed >= 0.0) return velocity;
+  // Coulomb: the wall takes at most friction x |normal impulse| from the tangential velocity.
+  const double loss = -constraint.friction * normal_speed;
+  const double speed = tangential.norm();
+  if (speed <= loss) return Vec3::Zero();
+  return tangential * (1.0 - loss / speed);
+}
+
+}  // namespace bulkley

@@ -1,0 +1,155 @@
+#include "bulkley/kernel/stress_update.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+
+#include "bulkley/base/error.hpp"
+
+namespace bulkley {
+
+namespace {
+
+// Per-lane extremes: branch-free in the loop, merged over lanes once.
+struct LaneExtremes {
+  Pack wave_speed{};
+  PackMask wave_speed_id = PackMask{} - 1;
+  Pack stress_volume{};
+  Pack smallest_volume_ratio = broadcast<Pack>(std::numeric_limits<double>::infinity());
+  Pack largest_volume_ratio{};
+
+  void include(PackMask valid, Pack speed, PackMask id, Pack stress, Pack J) {
+    // Equal speeds: the smallest id wins, as in Extreme.
+    const PackMask wins =
+        valid & ((speed > wave_speed) | ((speed == wave_speed) & ((wave_speed_id < 0) | (id < wave_speed_id))));
+    wave_speed = select(wins, speed, wave_speed);
+    wave_speed_id = wins ? id : wave_speed_id;
+    stress_volume = select(valid & (stress > stress_volume), stress, stress_volume);
+    smallest_volume_ratio = select(valid & (J < smallest_volume_ratio), J, smallest_volume_ratio);
+    largest_volume_ratio = select(valid & (J > largest_volume_ratio), J, largest_volume_ratio);
+  }
+
+  void merge_into(StepBounds& bounds) const {
+    for (int lane = 0; lane < n_lanes; ++lane) {
+      if (wave_speed_id[lane] >= 0) bounds.wave_speed.include(wave_speed[lane], wave_speed_id[lane]);
+      bounds.stress_volume = std::max(bounds.stress_volume, stress_volume[lane]);
+      bounds.smallest_volume_ratio = std::min(bounds.smallest_volume_ratio, smallest_volume_ratio[lane]);
+      bounds.largest_volume_ratio = std::max(bounds.largest_volume_ratio, largest_volume_ratio[lane]);
+    }
+  }
+};
+
+// Pointers to the columns of one field, loaded and stored a pack at a time.
+template <int n>
+struct Columns {
+  std::array<double*, n> column;
+
+  Columns(ParticleSet& particles, Field field) {
+    for (int c = 0; c < n; ++c) column[c] = particles.real(field, c);
+  }
+  Pack load(LocalIndex p, int c = 0) const { return bulkley::load(column[c] + p); }
+  // Particles outside `mask` keep their value.
+  void store(LocalIndex p, PackMask mask, Pack value, int c = 0) const {
+    bulkley::store(column[c] + p, select(mask, value, load(p, c)));
+  }
+};
+
+// Lanes that hold a particle of this material; lanes past the end hold none.
+PackMask lanes_of_material(const std::uint8_t* material, std::uint8_t index, PackMask lane, LocalIndex n_left) {
+  using Bytes [[gnu::vector_size(n_lanes)]] = std::uint8_t;
+  Bytes bytes;
+  std::memcpy(&bytes, material, sizeof bytes);
+  return (__builtin_convertvector(bytes, PackMask) == index) & (lane < n_left);
+}
+
+PackMask lane_numbers() {
+  PackMask lane{};
+  for (int i = 0; i < n_lanes; ++i) lane[i] = i;
+  return lane;
+}
+
+PackMask load_ids(const GlobalIndex* id) {
+  PackMask ids;
+  std::memcpy(&ids, id, sizeof ids);
+  return ids;
+}
+
+// A sum of absolute values is finite only if every addend is.
+PackMask is_finite(const State<Pack>& state, const Update<Pack>& result) {
+  Pack sum = state.volume_ratio + result.plastic_shear_rate + result.dissipation;
+  for (int c = 0; c < 6; ++c) sum += absolute(state.left_cauchy_green.c[c]) + absolute(result.kirchhoff_stress.c[c]);
+  return absolute(sum) < broadcast<Pack>(std::numeric_limits<double>::infinity());
+}
+
+void count_failures(PackMask inverted, PackMask not_finite, PackMask ids, StepBounds& bounds) {
+  for (int lane = 0; lane < n_lanes; ++lane) {
+    bounds.n_inverted -= inverted[lane];
+    bounds.n_not_finite -= not_finite[lane];
+    if (inverted[lane] | not_finite[lane]) bounds.failed_id = std::min<GlobalIndex>(bounds.failed_id, ids[lane]);
+  }
+}
+
+// Flattened: every call below is inlined here, so that this file's floating-point options hold for all of it.
+template <class Law>
+[[gnu::flatten]] void update_all(const Law& law, std::uint8_t material_index, Field gradient, double dt,
+                                 ParticleSet& particles, StepBounds& bounds) {
+  const Columns<9> velocity_gradient(particles, gradient);
+  const Columns<6> left_cauchy_green(particles, Field::left_cauchy_green);
+  const Columns<1> volume_ratio(particles, Field::volume_ratio);
+  const Columns<6> kirchhoff_stress(particles, Field::kirchhoff_stress);
+  const Columns<1> plastic_shear_rate(particles, Field::plastic_shear_rate);
+  const Columns<1> plastic_dissipation(particles, Field::plastic_dissipation);
+  const Columns<1> reference_volume(particles, Field::reference_volume);
+  const std::uint8_t* material = particles.material();
+  const GlobalIndex* id = particles.id();
+  const LocalIndex size = particles.size();
+  const PackMask lane = lane_numbers();
+  const Pack zero{};
+  LaneExtremes extremes;
+
+  for (LocalIndex p = 0; p < size; p += n_lanes) {
+    const PackMask mine = lanes_of_material(material + p, material_index, lane, size - p);
+    if (!any(mine)) continue;
+
+    // Other lanes compute a particle at rest: cheap, and free of their material's or the padding's numbers.
+    Tensor<Pack> L;
+    for (int c = 0; c < 9; ++c) L.c[c] = select(mine, velocity_gradient.load(p, c), zero);
+    State<Pack> state;
+    for (int c = 0; c < 6; ++c)
+      state.left_cauchy_green.c[c] = select(mine, left_cauchy_green.load(p, c), broadcast<Pack>(c < 3 ? 1.0 : 0.0));
+    state.volume_ratio = select(mine, volume_ratio.load(p), broadcast<Pack>(1.0));
+
+    Tensor<Pack> f;
+    for (int c = 0; c < 9; ++c) f.c[c] = L.c[c] * dt;
+    for (int a = 0; a < 3; ++a) f(a, a) += 1.0;
+    const PackMask inverted = mine & (determinant(f) <= zero);
+
+    const Update<Pack> result = law.update(state, L, dt);
+
+    const PackMask ids = load_ids(id + p);
+    const PackMask not_finite = mine & ~inverted & ~is_finite(state, result);
+    const PackMask valid = mine & ~inverted & ~not_finite;
+    if (any(inverted | not_finite)) count_failures(inverted, not_finite, ids, bounds);
+
+    for (int c = 0; c < 6; ++c) left_cauchy_green.store(p, valid, state.left_cauchy_green.c[c], c);
+    for (int c = 0; c < 6; ++c) kirchhoff_stress.store(p, valid, result.kirchhoff_stress.c[c], c);
+    volume_ratio.store(p, valid, state.volume_ratio);
+    plastic_shear_rate.store(p, valid, result.plastic_shear_rate);
+    if constexpr (Law::flows) plastic_dissipation.store(p, valid, plastic_dissipation.load(p) + result.dissipation);
+
+    extremes.include(valid, square_root(law.wave_speed_squared(state)), ids,
+                     reference_volume.load(p) * square_root(norm_squared(result.kirchhoff_stress)), state.volume_ratio);
+  }
+  extremes.merge_into(bounds);
+}
+
+}  // namespace
+
+void stress_update(const Material& material, std::uint8_t material_index, Field gradient, double dt, ParticleSet& particles,
+                   StepBounds& bounds) {
+  BULKLEY_ASSERT(dt > 0.0);
+  BULKLEY_ASSERT(gradient == Field::affine_velocity || gradient == Field::velocity_gradient);
+  std::visit([&](const auto& law) { update_all(law, material_index, gradient, dt, particles, bounds); }, material);
+}
+
+}  // namespace bulkley

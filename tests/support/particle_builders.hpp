@@ -1,0 +1,77 @@
+#pragma once
+// What tests of kernels and solver build their particles with, and the list of transfers they run through.
+
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "bulkley/base/tensor.hpp"
+#include "bulkley/kernel/transfer.hpp"
+#include "bulkley/particle/particle_set.hpp"
+
+namespace bulkley {
+
+/// All combinations of scheme, spline order and gradient form.
+inline std::vector<TransferSettings> all_transfers() {
+  std::vector<TransferSettings> result;
+  for (const auto scheme : {TransferScheme::pic, TransferScheme::flip, TransferScheme::blend, TransferScheme::apic})
+    for (const auto order : {SplineOrder::quadratic, SplineOrder::cubic})
+      for (const auto gradient : {GradientForm::mls, GradientForm::bspline})
+        result.push_back({.scheme = scheme, .order = order, .gradient = gradient});
+  return result;
+}
+
+inline std::string describe(const TransferSettings& t) {
+  const char* const schemes[] = {"pic", "flip", "blend", "apic"};
+  return std::string(schemes[static_cast<int>(t.scheme)]) + (t.order == SplineOrder::cubic ? " cubic" : " quadratic") +
+         (t.gradient == GradientForm::mls ? " mls" : " bspline");
+}
+
+inline void set_tensor(ParticleSet& set, Field field, LocalIndex p, const Mat3& value) {
+  for (int a = 0; a < 3; ++a)
+    for (int b = 0; b < 3; ++b) set.real(field, 3 * a + b)[p] = value(a, b);
+}
+
+inline void set_symmetric(ParticleSet& set, Field field, LocalIndex p, const Mat3& value) {
+  for (int a = 0; a < 3; ++a)
+    for (int b = a; b < 3; ++b) set.real(field, symmetric_index(a, b))[p] = value(a, b);
+}
+
+inline Mat3 tensor(const ParticleSet& set, Field field, LocalIndex p) {
+  Mat3 value;
+  for (int a = 0; a < 3; ++a)
+    for (int b = 0; b < 3; ++b) value(a, b) = set.real(field, 3 * a + b)[p];
+  return value;
+}
+
+/// A particle at rest and without stress; the caller sets the rest.
+inline void place_particle(ParticleSet& set, LocalIndex p, const Vec3& x, double mass, double volume) {
+  set.set_vector(Field::position, p, x);
+  set_symmetric(set, Field::left_cauchy_green, p, Mat3::Identity());
+  set.real(Field::volume_ratio)[p] = 1.0;
+  set.real(Field::mass)[p] = mass;
+  set.real(Field::reference_volume)[p] = volume;
+  set.id()[p] = p;
+}
+
+/// The particles `order[0], order[1], ...` of a set.
+inline ParticleSet picked(const ParticleSet& set, const std::vector<LocalIndex>& order) {
+  ParticleSet result(set.has(Field::velocity_gradient));
+  result.resize(static_cast<LocalIndex>(order.size()));
+  for (std::size_t c = 0; c < set.columns().size(); ++c) {
+    const std::size_t size = set.columns()[c].element_size;
+    for (std::size_t k = 0; k < order.size(); ++k)
+      std::memcpy(result.data(c) + k * size, set.data(c) + static_cast<std::size_t>(order[k]) * size, size);
+  }
+  return result;
+}
+
+/// Whether two sets of the same fields hold the same bits in the same order.
+inline bool same_particles(const ParticleSet& a, const ParticleSet& b) {
+  if (a.size() != b.size() || a.columns().size() != b.columns().size()) return false;
+  for (std::size_t c = 0; c < a.columns().size(); ++c)
+    if (std::memcmp(a.data(c), b.data(c), a.columns()[c].element_size * static_cast<std::size_t>(a.size())) != 0) return false;
+  return true;
+}
+
+}  // namespace bulkley

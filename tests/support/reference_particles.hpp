@@ -1,0 +1,51 @@
+#pragma once
+// The program's particles as the reference sees them.
+
+#include <algorithm>
+#include <vector>
+
+#include "bulkley/base/tensor.hpp"
+#include "bulkley/particle/particle_set.hpp"
+#include "support/reference_mpm.hpp"
+
+namespace bulkley {
+
+inline Mat3 full_matrix(const ParticleSet& set, Field field, LocalIndex p) {
+  Mat3 result;
+  for (int a = 0; a < 3; ++a)
+    for (int b = 0; b < 3; ++b) result(a, b) = set.real(field, 3 * a + b)[p];
+  return result;
+}
+
+inline Mat3 symmetric_matrix(const ParticleSet& set, Field field, LocalIndex p) {
+  Mat3 result;
+  for (int a = 0; a < 3; ++a)
+    for (int b = 0; b < 3; ++b) result(a, b) = set.real(field, symmetric_index(a, b))[p];
+  return result;
+}
+
+/// A copy of all particles, ascending by id. L is velocity_gradient where the set has it, else affine_velocity.
+inline std::vector<ReferenceParticle> reference_particles(const ParticleSet& set) {
+  std::vector<ReferenceParticle> result;
+  for (LocalIndex p = 0; p < set.size(); ++p) {
+    ReferenceParticle r;
+    r.x = set.vector(Field::position, p);
+    r.v = set.vector(Field::velocity, p);
+    r.C = full_matrix(set, Field::affine_velocity, p);
+    r.L = set.has(Field::velocity_gradient) ? full_matrix(set, Field::velocity_gradient, p) : r.C;
+    r.b = symmetric_matrix(set, Field::left_cauchy_green, p);
+    r.J = set.real(Field::volume_ratio)[p];
+    r.m = set.real(Field::mass)[p];
+    r.V = set.real(Field::reference_volume)[p];
+    r.tau = symmetric_matrix(set, Field::kirchhoff_stress, p);
+    r.shear_rate = set.real(Field::plastic_shear_rate)[p];
+    r.dissipation = set.real(Field::plastic_dissipation)[p];
+    r.material = set.material()[p];
+    r.id = set.id()[p];
+    result.push_back(r);
+  }
+  std::sort(result.begin(), result.end(), [](const auto& a, const auto& b) { return a.id < b.id; });
+  return result;
+}
+
+}  // namespace bulkley

@@ -1,0 +1,155 @@
+#pragma once
+// Small scenes for the real solver under MPI, and its particles gathered from all ranks.
+
+#include <petscsys.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "bulkley/solver/solver.hpp"
+#include "support/particle_builders.hpp"
+
+namespace bulkley {
+
+/// A scene and all its particles, the same on every rank.
+struct SolverScene {
+  Physics physics;
+  ParticleSet particles;
+};
+
+/// Neo-Hookean (0) and Herschel-Bulkley (1).
+inline std::vector<NamedMaterial> solid_and_fluid() {
+  return {{"solid", NeoHookean{{1000.0, 1e5, 3e4}}}, {"fluid", HerschelBulkley{{1000.0, 1e5, 3e4, 400.0, 50.0, 0.4}}}};
+}
+
+/// Appends a block of n[0] x n[1] x n[2] particles, two per cell and axis, its lowest corner at `corner`.
+inline void add_block(SolverScene& scene, const Vec3& corner, const Int3& n, std::uint8_t material, const Vec3& velocity) {
+  ParticleSet& set = scene.particles;
+  const double spacing = 0.5 * scene.physics.grid.cell_size, volume = spacing * spacing * spacing;
+  LocalIndex p = set.size();
+  set.resize(p + n[0] * n[1] * n[2]);
+  for (int i = 0; i < n[0]; ++i)
+    for (int j = 0; j < n[1]; ++j)
+      for (int k = 0; k < n[2]; ++k, ++p) {
+        place_particle(set, p, corner + spacing * Vec3(i + 0.5, j + 0.5, k + 0.5), 1000.0 * volume, volume);
+        set.material()[p] = material;
+        // A little disorder, so that no two particles move alike.
+        set.set_vector(Field::velocity, p, velocity + 0.2 * Vec3(std::sin(3.0 * p), std::sin(5.0 * p), std::sin(7.0 * p)));
+      }
+}
+
+/// Appends one particle of the solid at rest.
+inline void add_particle(SolverScene& scene, const Vec3& x, const Vec3& velocity = Vec3::Zero()) {
+  const double spacing = 0.5 * scene.physics.grid.cell_size, volume = spacing * spacing * spacing;
+  const LocalIndex p = scene.particles.size();
+  scene.particles.resize(p + 1);
+  place_particle(scene.particles, p, x, 1000.0 * volume, volume);
+  scene.particles.set_vector(Field::velocity, p, velocity);
+}
+
+inline SolverScene empty_scene(const TransferSettings& transfer, const Int3& n_cells, const std::array<bool, 3>& periodic) {
+  SolverScene scene{{}, ParticleSet(transfer.needs_velocity_gradient())};
+  Physics& physics = scene.physics;
+  physics.grid = {.lower = Vec3(-0.3, 0.2, 0.1), .cell_size = 0.1, .n_cells = n_cells, .periodic = periodic, .order = transfer.order};
+  physics.transfer = transfer;
+  physics.materials = solid_and_fluid();
+  physics.time.mode = TimeStepMode::fixed;
+  physics.time.fixed_step = 1e-3;
+  for (std::size_t f = 0; f < 6; ++f) physics.faces[f].kind = periodic[f / 2] ? FaceKind::periodic : FaceKind::slip;
+  return scene;
+}
+
+/// A solid and a fluid block side by side on a rough floor, a ball in their way, particles on the faces and corners.
+inline SolverScene contact_scene(const TransferSettings& transfer) {
+  SolverScene scene = empty_scene(transfer, {8, 8, 8}, {false, false, false});
+  Physics& physics = scene.physics;
+  physics.gravity = Vec3(0.0, 0.0, -9.81);
+  physics.faces[0].kind = FaceKind::sticky;
+  physics.faces[4] = {FaceKind::separating, 0.3};
+  physics.colliders = {{"ball", {Sphere{Vec3(0.35, 0.6, 0.15), 0.12}}, Contact::separating, 0.2}};
+  const Vec3 lower = physics.grid.lower, upper = physics.grid.upper();
+  add_block(scene, lower + Vec3(0.1, 0.2, 0.0), {5, 6, 4}, 0, Vec3(1.0, 0.0, -1.0));
+  add_block(scene, lower + Vec3(0.4, 0.2, 0.05), {4, 6, 4}, 1, Vec3(-1.0, 0.0, -2.0));
+  for (int corner = 0; corner < 8; ++corner) {
+    Vec3 x;
+    for (int a = 0; a < 3; ++a) x[a] = corner >> a & 1 ? upper[a] : lower[a];
+    add_particle(scene, x, Vec3(0.3, -0.2, 0.1));
+  }
+  add_particle(scene, Vec3(lower[0], 0.6, 0.5), Vec3(-0.5, 0.5, 0.0));
+  add_particle(scene, Vec3(0.1, upper[1], 0.5), Vec3(0.0, 0.5, 0.3));
+  return scene;
+}
+
+/// A solid and a fluid block that meet across the edges of a box whose axes, or some of them, are periodic.
+inline SolverScene periodic_scene(const TransferSettings& transfer, const Int3& n_cells, const std::array<bool, 3>& periodic) {
+  SolverScene scene = empty_scene(transfer, n_cells, periodic);
+  const Vec3 lower = scene.physics.grid.lower, upper = scene.physics.grid.upper();
+  add_block(scene, lower, {5, 6, 4}, 0, Vec3(-2.0, 1.0, 0.5));
+  add_block(scene, lower + Vec3(0.45, 0.0, 0.1), {4, 6, 5}, 1, Vec3(2.0, -1.0, -1.0));
+  for (int corner = 0; corner < 8; ++corner) {
+    Vec3 x;
+    for (int a = 0; a < 3; ++a) {
+      const bool high = corner >> a & 1;
+      x[a] = !high ? lower[a] : periodic[static_cast<std::size_t>(a)] ? std::nextafter(upper[a], lower[a]) : upper[a];
+    }
+    add_particle(scene, x, Vec3(0.3, -0.2, 0.1));
+  }
+  return scene;
+}
+
+/// The transfers whose code paths differ most, for tests that need not run through all.
+inline std::vector<TransferSettings> some_transfers() {
+  return {{.scheme = TransferScheme::apic, .order = SplineOrder::quadratic, .gradient = GradientForm::mls},
+          {.scheme = TransferScheme::apic, .order = SplineOrder::cubic, .gradient = GradientForm::bspline, .affine_damping = 0.1},
+          {.scheme = TransferScheme::blend, .order = SplineOrder::quadratic, .gradient = GradientForm::bspline},
+          {.scheme = TransferScheme::flip, .order = SplineOrder::cubic, .gradient = GradientForm::mls}};
+}
+
+/// A partition of the scene's grid by its particles. `scattered`: workers far from the owners of the nodes.
+inline Partition partition_of(const Comm& comm, const SolverScene& scene, PartitionMethod method, bool scattered = false) {
+  std::vector<GlobalIndex> load(static_cast<std::size_t>(scene.physics.grid.n_tiles()), 0);
+  for (LocalIndex p = 0; p < scene.particles.size(); ++p)
+    ++load[static_cast<std::size_t>(scene.physics.grid.tile_of(scene.particles.vector(Field::position, p)))];
+  Partition partition = make_partition(scene.physics.grid, {method}, load, comm.size());
+  if (scattered)
+    for (std::size_t tile = 0; tile < partition.worker.size(); ++tile)
+      partition.worker[tile] = static_cast<std::int32_t>(tile * 7919 % 101) % comm.size();
+  return partition;
+}
+
+/// Every n-th particle, so that each has to find its way to its rank.
+inline ParticleSet share_of(const Comm& comm, const ParticleSet& all) {
+  std::vector<LocalIndex> mine;
+  for (LocalIndex p = comm.rank(); p < all.size(); p += comm.size()) mine.push_back(p);
+  return picked(all, mine);
+}
+
+/// A solver at the scene's start. Collective.
+inline std::unique_ptr<Solver> solver_of(const Comm& comm, const SolverScene& scene, Partition partition) {
+  return std::make_unique<Solver>(comm, scene.physics, std::move(partition), share_of(comm, scene.particles), std::nullopt);
+}
+
+/// All particles of all ranks on every rank, ascending by id; velocity_gradient too. Collective.
+inline ParticleSet gathered(const Comm& comm, const ParticleSet& local) {
+  const int n_columns = static_cast<int>(local.columns().size());
+  std::vector<int> counts(static_cast<std::size_t>(comm.size())), starts(counts.size(), 0);
+  const int n_local = local.size();
+  BULKLEY_MPI(MPI_Allgather(&n_local, 1, MPI_INT, counts.data(), 1, MPI_INT, comm.get()));
+  for (std::size_t r = 1; r < starts.size(); ++r) starts[r] = starts[r - 1] + counts[r - 1];
+  ParticleSet all(local.has(Field::velocity_gradient));
+  all.resize(starts.back() + counts.back());
+  for (int c = 0; c < n_columns; ++c) {
+    const auto column = static_cast<std::size_t>(c);
+    const MPI_Datatype type = local.columns()[column].element_size == 1 ? MPI_UINT8_T : MPI_INT64_T;
+    BULKLEY_MPI(MPI_Allgatherv(local.data(column), n_local, type, all.data(column), counts.data(), starts.data(), type, comm.get()));
+  }
+  std::vector<LocalIndex> order(static_cast<std::size_t>(all.size()));
+  for (LocalIndex p = 0; p < all.size(); ++p) order[static_cast<std::size_t>(p)] = p;
+  std::sort(order.begin(), order.end(), [&](LocalIndex a, LocalIndex b) { return all.id()[a] < all.id()[b]; });
+  return picked(all, order);
+}
+
+}  // namespace bulkley

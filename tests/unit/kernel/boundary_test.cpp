@@ -1,0 +1,199 @@
+#include "bulkley/kernel/boundary.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "bulkley/base/error.hpp"
+
+namespace bulkley {
+namespace {
+
+GridGeometry small_grid() {
+  GridGeometry grid;
+  grid.lower = Vec3(-0.3, 0.2, 0.7);
+  grid.cell_size = 0.1;
+  grid.n_cells = {6, 8, 5};
+  return grid;
+}
+
+Faces all(FaceKind kind) {
+  Faces faces;
+  for (Face& face : faces) face.kind = kind;
+  return faces;
+}
+
+std::vector<Int3> all_nodes(const GridGeometry& grid) {
+  std::vector<Int3> nodes;
+  for (int i = 0; i < grid.n_nodes(0); ++i)
+    for (int j = 0; j < grid.n_nodes(1); ++j)
+      for (int k = 0; k < grid.n_nodes(2); ++k) nodes.push_back({i, j, k});
+  return nodes;
+}
+
+Vec3 velocity_after(const std::vector<NodeConstraint>& constraints, Vec3 v) {
+  for (const NodeConstraint& c : constraints) v = constrained_velocity(c, v);
+  return v;
+}
+
+// --- one contact -----------------------------------------------------------------------------------------------------
+
+const Vec3 slanted = Vec3(1.0, 2.0, 2.0) / 3.0;
+const Vec3 along = Vec3(2.0, 1.0, -2.0) / 3.0;  // at right angles to it
+
+TEST(Contact, StickyStops) {
+  EXPECT_EQ(constrained_velocity({0, Contact::sticky, 0.0, slanted}, {1.0, -2.0, 3.0}), Vec3(Vec3::Zero()));
+}
+
+TEST(Contact, SlipTakesTheNormalVelocityInBothDirections) {
+  const NodeConstraint slip{0, Contact::slip, 0.0, slanted};
+  for (const double normal_speed : {-2.0, 0.0, 2.0})
+    EXPECT_LE((constrained_velocity(slip, 3.0 * along + normal_speed * slanted) - 3.0 * along).norm(), 1e-15);
+}
+
+TEST(Contact, SeparatingLetsGo) {
+  const NodeConstraint wall{0, Contact::separating, 0.3, slanted};
+  const Vec3 leaving = 3.0 * along + 0.5 * slanted;
+  EXPECT_EQ(constrained_velocity(wall, leaving), leaving);  // to the bit
+  const NodeConstraint smooth{0, Contact::separating, 0.0, slanted};
+  EXPECT_LE((constrained_velocity(smooth, 3.0 * along - 2.0 * slanted) - 3.0 * along).norm(), 1e-15);
+}
+
+TEST(Contact, CoulombFrictionStaysOnItsCone) {
+  const NodeConstraint wall{0, Contact::separating, 0.4, slanted};
+  // Sliding: the tangential speed drops by friction x normal speed.
+  EXPECT_LE((constrained_velocity(wall, 3.0 * along - 2.0 * slanted) - (3.0 - 0.4 * 2.0) * along).norm(), 1e-15);
+  // Inside the cone: sticks.
+  EXPECT_EQ(constrained_velocity(wall, 0.79 * along - 2.0 * slanted), Vec3(Vec3::Zero()));
+  EXPECT_GT(constrained_velocity(wall, 0.81 * along - 2.0 * slanted).norm(), 0.009);
+  EXPECT_EQ(constrained_velocity(wall, -2.0 * slanted), Vec3(Vec3::Zero()));
+}
+
+TEST(Contact, FrictionOnAnInclineGivesTheAnalyticAcceleration) {
+  // Gravity in small increments on a body that rests on a slope: g (sin - mu cos), or rest when mu > tan.
+  const double slope = 24.0 * 3.14159265358979323846 / 180.0, g = 9.81, dt = 1e-4;
+  const Vec3 pull = g * dt * Vec3(std::sin(slope), 0.0, -std::cos(slope));
+  for (const double friction : {0.0, std::tan(15.0 / 24.0 * slope), 1.1 * std::tan(slope)}) {
+    const NodeConstraint wall{0, Contact::separating, friction, Vec3::UnitZ()};
+    Vec3 v = Vec3::Zero();
+    for (int step = 0; step < 1000; ++step) v = constrained_velocity(wall, v + pull);
+    const double acceleration = std::max(0.0, g * (std::sin(slope) - friction * std::cos(slope)));
+    EXPECT_NEAR(v.x(), acceleration * 0.1, 1e-12);
+    EXPECT_NEAR(v.z(), 0.0, 1e-15);
+  }
+}
+
+// --- faces -----------------------------------------------------------------------------------------------------------
+
+TEST(Boundary, NodesOnAndOutsideAFaceAreItsNodes) {
+  const GridGeometry grid = small_grid();
+  const std::vector<Int3> nodes = all_nodes(grid);
+  for (int f = 0; f < 6; ++f) {
+    Faces faces = all(FaceKind::open);
+    faces[static_cast<std::size_t>(f)] = {FaceKind::separating, 0.25};
+    const auto constraints = node_constraints(grid, faces, {}, nodes);
+    const int axis = f / 2;
+    std::vector<bool> constrained(nodes.size(), false);
+    for (const NodeConstraint& c : constraints) {
+      constrained[static_cast<std::size_t>(c.node)] = true;
+      EXPECT_EQ(c.contact, Contact::separating);
+      EXPECT_EQ(c.friction, 0.25);
+      EXPECT_EQ(c.normal, Vec3((f % 2 == 0 ? 1.0 : -1.0) * Vec3::Unit(axis)));
+    }
+    for (std::size_t n = 0; n < nodes.size(); ++n) {
+      const double x = grid.node_coordinate(axis, nodes[n][static_cast<std::size_t>(axis)]);
+      const double half = 0.5 * grid.cell_size;
+      const bool expected = f % 2 == 0 ? x < grid.lower[axis] + half : x > grid.upper()[axis] - half;
+      EXPECT_EQ(constrained[n], expected);
+    }
+  }
+}
+
+TEST(Boundary, OpenOutflowAndPeriodicFacesConstrainNothing) {
+  GridGeometry grid = small_grid();
+  EXPECT_TRUE(node_constraints(grid, all(FaceKind::open), {}, all_nodes(grid)).empty());
+  EXPECT_TRUE(node_constraints(grid, all(FaceKind::outflow), {}, all_nodes(grid)).empty());
+  grid.n_cells = {4, 8, 4};
+  grid.periodic = {true, true, true};
+  EXPECT_TRUE(node_constraints(grid, all(FaceKind::periodic), {}, all_nodes(grid)).empty());
+}
+
+TEST(Boundary, CornersOfSlipFacesHoldEveryDirection) {
+  const GridGeometry grid = small_grid();
+  const Int3 edge{1, 1, 4}, corner{0, 0, 0}, inside{2, 2, 3};
+  const Vec3 v(1.0, -2.0, 3.0);
+  EXPECT_EQ(velocity_after(node_constraints(grid, all(FaceKind::slip), {}, {edge}), v), Vec3(0.0, 0.0, 3.0));
+  EXPECT_EQ(velocity_after(node_constraints(grid, all(FaceKind::slip), {}, {corner}), v), Vec3(Vec3::Zero()));
+  EXPECT_EQ(velocity_after(node_constraints(grid, all(FaceKind::slip), {}, {inside}), v), v);
+}
+
+TEST(Boundary, ANodeUnderSeveralConstraintsHasThemTwiceInOrder) {
+  const GridGeometry grid = small_grid();
+  Faces faces = all(FaceKind::open);
+  faces[0].kind = FaceKind::slip;
+  faces[4].kind = FaceKind::sticky;
+  const Collider ball{"ball", {Sphere{{-0.3, 0.5, 0.7}, 0.15}}, Contact::separating, 0.5};
+  const auto one = node_constraints(grid, faces, {}, {{1, 4, 3}});
+  ASSERT_EQ(one.size(), 1u);
+  const auto several = node_constraints(grid, faces, {ball}, {{5, 5, 5}, {1, 4, 1}});
+  ASSERT_EQ(several.size(), 6u);
+  const Contact expected[] = {Contact::slip, Contact::sticky, Contact::separating};
+  for (std::size_t n = 0; n < 6; ++n) {
+    EXPECT_EQ(several[n].node, 1);
+    EXPECT_EQ(several[n].contact, expected[n % 3]);
+  }
+}
+
+TEST(Boundary, TwoSeparatingWallsInARightAngleStopBothNormals) {
+  const GridGeometry grid = small_grid();
+  Faces faces = all(FaceKind::open);
+  faces[0] = faces[2] = {FaceKind::separating, 0.2};
+  const auto corner = node_constraints(grid, faces, {}, {{1, 1, 4}});
+  const Vec3 pressed = velocity_after(corner, {-1.0, -2.0, 5.0});
+  EXPECT_NEAR(pressed.x(), 0.0, 1e-15);
+  EXPECT_NEAR(pressed.y(), 0.0, 1e-15);
+  EXPECT_GT(pressed.z(), 4.0);
+  const Vec3 lifted = velocity_after(corner, {1.0, 2.0, 5.0});
+  EXPECT_EQ(lifted, Vec3(1.0, 2.0, 5.0));
+}
+
+// --- colliders -------------------------------------------------------------------------------------------------------
+
+TEST(Boundary, ColliderHoldsTheNodesInsideItAlongItsNormals) {
+  const GridGeometry grid = small_grid();
+  const Vec3 center(0.0, 0.55, 0.95);
+  const Collider ball{"ball", {Sphere{center, 0.17}}, Contact::slip, 0.0};
+  const std::vector<Int3> nodes = all_nodes(grid);
+  const auto constraints = node_constraints(grid, all(FaceKind::open), {ball}, nodes);
+  std::size_t inside = 0;
+  for (const Int3& n : nodes) {
+    const Vec3 x(grid.node_coordinate(0, n[0]), grid.node_coordinate(1, n[1]), grid.node_coordinate(2, n[2]));
+    inside += (x - center).norm() <= 0.17 ? 1 : 0;
+  }
+  ASSERT_GT(inside, 10u);
+  EXPECT_EQ(constraints.size(), inside);
+  for (const NodeConstraint& c : constraints) {
+    const Int3& n = nodes[static_cast<std::size_t>(c.node)];
+    const Vec3 x(grid.node_coordinate(0, n[0]), grid.node_coordinate(1, n[1]), grid.node_coordinate(2, n[2]));
+    EXPECT_LE((c.normal - (x - center).normalized()).norm(), 1e-12);
+  }
+}
+
+TEST(Boundary, BadWallsAreUsageErrors) {
+  GridGeometry grid = small_grid();
+  const auto attempt = [&](const Faces& faces, const std::vector<Collider>& colliders) {
+    return node_constraints(grid, faces, colliders, {});
+  };
+  Faces faces = all(FaceKind::slip);
+  EXPECT_NO_THROW(attempt(faces, {}));
+  faces[3].friction = -0.1;
+  EXPECT_THROW(attempt(faces, {}), UsageError);
+  EXPECT_THROW(attempt(all(FaceKind::periodic), {}), UsageError);
+  EXPECT_THROW(attempt(all(FaceKind::slip), {{"rod", {Sphere{{0, 0, 0}, -1.0}}, Contact::slip, 0.0}}), UsageError);
+  EXPECT_THROW(attempt(all(FaceKind::slip), {{"rod", {Sphere{{0, 0, 0}, 1.0}}, Contact::separating, NAN}}), UsageError);
+  grid.periodic[1] = true;
+  EXPECT_THROW(attempt(all(FaceKind::slip), {}), UsageError);
+}
+
+}  // namespace
+}  // namespace bulkley

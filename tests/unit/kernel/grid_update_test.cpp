@@ -1,0 +1,89 @@
+#include "bulkley/kernel/grid_update.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <vector>
+
+namespace bulkley {
+namespace {
+
+const Vec3 gravity(0.5, 0.0, -9.81);
+
+TEST(GridUpdate, MomentumBecomesVelocityUnderGravity) {
+  std::vector<Node> nodes = {{{2.0, -4.0, 6.0, 2.0}}};
+  const std::vector<LocalIndex> active = {0};
+  grid_update({gravity, 0.1, 1e-12}, active, nodes.data(), nullptr);
+  EXPECT_DOUBLE_EQ(nodes[0].c[0], 1.0 + 0.05);
+  EXPECT_DOUBLE_EQ(nodes[0].c[1], -2.0);
+  EXPECT_DOUBLE_EQ(nodes[0].c[2], 3.0 - 0.981);
+  EXPECT_EQ(nodes[0].c[3], 2.0);
+}
+
+TEST(GridUpdate, TheImpulseBecomesTheChangeOfVelocity) {
+  std::vector<Node> nodes = {{{2.0, -4.0, 6.0, 2.0}}}, impulse = {{{0.4, 0.2, 0.0, 0.0}}};
+  const std::vector<LocalIndex> active = {0};
+  grid_update({gravity, 0.1, 1e-12}, active, nodes.data(), impulse.data());
+  const double change[3] = {0.2 + 0.05, 0.1, -0.981}, before[3] = {1.0, -2.0, 3.0};
+  for (int a = 0; a < 3; ++a) {
+    EXPECT_DOUBLE_EQ(impulse[0].c[a], change[a]);
+    EXPECT_DOUBLE_EQ(nodes[0].c[a], before[a] + change[a]);
+  }
+}
+
+TEST(GridUpdate, EmptyNodesGetNoVelocity) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const double mass : {0.0, 1e-13, 1e-12, nan}) {  // up to the limit itself
+    std::vector<Node> nodes = {{{1e-13, 1.0, 2.0, mass}}}, impulse = {{{1.0, 1.0, 1.0, 0.0}}};
+    const std::vector<LocalIndex> active = {0};
+    grid_update({gravity, 0.1, 1e-12}, active, nodes.data(), impulse.data());
+    for (int a = 0; a < 3; ++a) {
+      EXPECT_EQ(nodes[0].c[a], 0.0) << mass;
+      EXPECT_EQ(impulse[0].c[a], 0.0) << mass;
+    }
+  }
+  std::vector<Node> nodes = {{{0.0, 0.0, 0.0, 1.1e-12}}};
+  const std::vector<LocalIndex> active = {0};
+  grid_update({gravity, 0.1, 1e-12}, active, nodes.data(), nullptr);
+  EXPECT_DOUBLE_EQ(nodes[0].c[2], -0.981);
+}
+
+TEST(GridUpdate, OnlyActiveNodesAreTouched) {
+  std::vector<Node> nodes(3, {{1.0, 2.0, 3.0, 4.0}}), impulse(nodes);
+  const std::vector<LocalIndex> active = {1};
+  grid_update({gravity, 0.1, 1e-12}, active, nodes.data(), impulse.data());
+  for (const std::size_t n : {0u, 2u})
+    for (int c = 0; c < 4; ++c) {
+      EXPECT_EQ(nodes[n].c[c], c + 1.0);
+      EXPECT_EQ(impulse[n].c[c], c + 1.0);
+    }
+  EXPECT_NE(nodes[1].c[0], 1.0);
+}
+
+TEST(GridUpdate, ConstraintsChangeVelocityAndChangeAlike) {
+  const std::vector<NodeConstraint> constraints = {{1, Contact::slip, 0.0, Vec3::UnitZ()}, {2, Contact::sticky, 0.0, Vec3::UnitX()}};
+  std::vector<Node> nodes(3, {{1.0, 2.0, 3.0, 4.0}}), change(3, {{0.5, 0.25, 0.125, 7.0}});
+  apply_constraints(constraints, nodes.data(), change.data());
+  const double v[3][4] = {{1, 2, 3, 4}, {1, 2, 0, 4}, {0, 0, 0, 4}};
+  const double dv[3][4] = {{0.5, 0.25, 0.125, 7}, {0.5, 0.25, -2.875, 7}, {-0.5, -1.75, -2.875, 7}};
+  for (std::size_t n = 0; n < 3; ++n)
+    for (int c = 0; c < 4; ++c) {
+      EXPECT_EQ(nodes[n].c[c], v[n][c]);
+      EXPECT_EQ(change[n].c[c], dv[n][c]);
+    }
+  apply_constraints(constraints, nodes.data(), nullptr);
+  EXPECT_EQ(nodes[2].c[0], 0.0);
+}
+
+// The order of the list counts: friction of the first contact sees the velocity before the second.
+TEST(GridUpdate, ConstraintsOfANodeActInTheirOrder) {
+  const NodeConstraint floor{0, Contact::separating, 0.5, Vec3::UnitZ()}, wall{0, Contact::slip, 0.0, Vec3::UnitX()};
+  std::vector<Node> one = {{{4.0, 3.0, -2.0, 1.0}}}, two = one;
+  apply_constraints(std::vector{floor, wall}, one.data(), nullptr);
+  apply_constraints(std::vector{wall, floor}, two.data(), nullptr);
+  EXPECT_DOUBLE_EQ(one[0].c[1], 3.0 * (1.0 - 1.0 / 5.0));
+  EXPECT_DOUBLE_EQ(two[0].c[1], 3.0 * (1.0 - 1.0 / 3.0));
+}
+
+}  // namespace
+}  // namespace bulkley

@@ -1,0 +1,325 @@
+#include "bulkley/kernel/stress_update.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <numeric>
+#include <random>
+#include <vector>
+
+namespace bulkley {
+namespace {
+
+constexpr double dt = 1e-3;
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+const HerschelBulkley foam{{200.0, 109000.0, 290.0, 31.9, 27.2, 0.22}};
+const HerschelBulkley thickening{{1000.0, 1e5, 1e4, 0.1, 10.0, 2.8}};
+const HerschelBulkley extreme{{1000.0, 1e5, 1e4, 5.0, 3.0, 0.1}};
+const HerschelBulkley plastic{{1000.0, 1e5, 1e4, 0.0, 0.0, 1.0}};
+const NeoHookean solid{{1100.0, 1e5, 2.5e4}};
+
+// One particle, all that stress_update reads and writes.
+struct Point {
+  GlobalIndex id;
+  std::uint8_t material = 0;
+  Tensor<double> L{};
+  State<double> state{isochoric_identity<double>(), 1.0};
+  double reference_volume = 1e-9;
+  SymTensor<double> tau{};
+  double rate = 0.0;
+  double dissipation = 0.0;
+};
+
+void put(ParticleSet& set, LocalIndex p, const Point& point, Field gradient = Field::affine_velocity) {
+  for (int c = 0; c < 9; ++c) set.real(gradient, c)[p] = point.L.c[c];
+  for (int c = 0; c < 6; ++c) set.real(Field::left_cauchy_green, c)[p] = point.state.left_cauchy_green.c[c];
+  for (int c = 0; c < 6; ++c) set.real(Field::kirchhoff_stress, c)[p] = point.tau.c[c];
+  set.real(Field::volume_ratio)[p] = point.state.volume_ratio;
+  set.real(Field::reference_volume)[p] = point.reference_volume;
+  set.real(Field::plastic_shear_rate)[p] = point.rate;
+  set.real(Field::plastic_dissipation)[p] = point.dissipation;
+  set.material()[p] = point.material;
+  set.id()[p] = point.id;
+}
+
+Point get(const ParticleSet& set, LocalIndex p, Field gradient = Field::affine_velocity) {
+  Point point{.id = set.id()[p], .material = set.material()[p]};
+  for (int c = 0; c < 9; ++c) point.L.c[c] = set.real(gradient, c)[p];
+  for (int c = 0; c < 6; ++c) point.state.left_cauchy_green.c[c] = set.real(Field::left_cauchy_green, c)[p];
+  for (int c = 0; c < 6; ++c) point.tau.c[c] = set.real(Field::kirchhoff_stress, c)[p];
+  point.state.volume_ratio = set.real(Field::volume_ratio)[p];
+  point.reference_volume = set.real(Field::reference_volume)[p];
+  point.rate = set.real(Field::plastic_shear_rate)[p];
+  point.dissipation = set.real(Field::plastic_dissipation)[p];
+  return point;
+}
+
+bool identical(const Point& a, const Point& b) {
+  const auto same = [](const auto& x, const auto& y) { return std::memcmp(&x, &y, sizeof x) == 0; };
+  return same(a.state, b.state) && same(a.tau, b.tau) && same(a.rate, b.rate) && same(a.dissipation, b.dissipation) &&
+         same(a.L, b.L) && a.id == b.id && a.material == b.material;
+}
+
+ParticleSet make_set(const std::vector<Point>& points) {
+  ParticleSet set;
+  set.resize(static_cast<LocalIndex>(points.size()));
+  for (std::size_t p = 0; p < points.size(); ++p) put(set, static_cast<LocalIndex>(p), points[p]);
+  return set;
+}
+
+// At rest, elastic, just yielding, far beyond yield; ids in no particular order.
+std::vector<Point> mixed_points(int count, int n_materials = 1) {
+  std::mt19937_64 random(21);
+  std::normal_distribution<double> normal(0.0, 1.0);
+  const double rates[] = {0.0, 1e-9, 0.3, 3.0, 30.0, 100.0, 60.0};
+  std::vector<Point> points;
+  for (int i = 0; i < count; ++i) {
+    Point point{.id = 1000 + (i * 7919) % 100003, .material = static_cast<std::uint8_t>(i * 31 % 97 % n_materials)};
+    Tensor<double> strain;
+    for (double& c : strain.c) c = 0.02 * (i % 4) * normal(random);
+    deform(point.state, strain, 1.0);
+    for (double& c : point.L.c) c = rates[i % 7] * normal(random);
+    point.reference_volume = 1e-9 * (1.0 + 0.1 * (i % 5));
+    point.dissipation = i % 3;
+    points.push_back(point);
+  }
+  return points;
+}
+
+struct LawCase {
+  const char* id;
+  Material material;
+};
+void PrintTo(const LawCase& c, std::ostream* out) { *out << c.id; }
+
+const LawCase law_cases[] = {
+    {"solid", solid}, {"foam", foam}, {"thickening", thickening}, {"extreme", extreme}, {"plastic", plastic}};
+
+class StressUpdate : public testing::TestWithParam<LawCase> {};
+
+INSTANTIATE_TEST_SUITE_P(Laws, StressUpdate, testing::ValuesIn(law_cases), [](const auto& test) { return test.param.id; });
+
+// The kernel may fuse products and sums, so it agrees with the scalar law to rounding only.
+TEST_P(StressUpdate, AgreesWithTheLaw) {
+  const auto before = mixed_points(101);
+  ParticleSet set = make_set(before);
+  StepBounds bounds;
+  stress_update(GetParam().material, 0, Field::affine_velocity, dt, set, bounds);
+  EXPECT_FALSE(bounds.failed());
+  for (LocalIndex p = 0; p < set.size(); ++p) {
+    Point expected = before[p];
+    const auto result =
+        std::visit([&](const auto& law) { return law.update(expected.state, expected.L, dt); }, GetParam().material);
+    const Point after = get(set, p);
+    for (int c = 0; c < 6; ++c) {
+      EXPECT_NEAR(after.state.left_cauchy_green.c[c], expected.state.left_cauchy_green.c[c], 1e-13);
+      EXPECT_NEAR(after.tau.c[c], result.kirchhoff_stress.c[c], 1e-13 * 1e5);
+    }
+    EXPECT_NEAR(after.state.volume_ratio, expected.state.volume_ratio, 1e-14);
+    EXPECT_NEAR(after.rate, result.plastic_shear_rate, 1e-8 * (1e-3 + result.plastic_shear_rate));
+    EXPECT_NEAR(after.dissipation, before[p].dissipation + result.dissipation, 1e-10);
+  }
+}
+
+// A particle's result must not depend on its place in a pack, on its neighbours, or on how many particles there are.
+TEST_P(StressUpdate, GivesTheSameBitsInAnyOrderAndCompany) {
+  const auto points = mixed_points(61);
+  std::vector<Point> alone;
+  for (const Point& point : points) {
+    ParticleSet set = make_set({point});
+    StepBounds bounds;
+    stress_update(GetParam().material, 0, Field::affine_velocity, dt, set, bounds);
+    alone.push_back(get(set, 0));
+  }
+  std::mt19937_64 random(5);
+  for (int repeat = 0; repeat < 40; ++repeat) {
+    std::vector<Point> company = mixed_points(repeat);
+    for (Point& stranger : company) {
+      stranger.material = static_cast<std::uint8_t>(repeat % 3);  // of this material in every third repeat
+      stranger.id += 1000000;
+    }
+    company.insert(company.end(), points.begin(), points.end());
+    std::shuffle(company.begin(), company.end(), random);
+    ParticleSet set = make_set(company);
+    StepBounds bounds;
+    stress_update(GetParam().material, 0, Field::affine_velocity, dt, set, bounds);
+    for (LocalIndex p = 0; p < set.size(); ++p) {
+      const Point after = get(set, p);
+      if (after.id >= 1000000) continue;
+      const auto expected = std::find_if(alone.begin(), alone.end(), [&](const Point& a) { return a.id == after.id; });
+      ASSERT_NE(expected, alone.end());
+      EXPECT_TRUE(identical(after, *expected)) << "id " << after.id << " repeat " << repeat;
+    }
+  }
+}
+
+TEST_P(StressUpdate, BoundsAreTheExtremesOverItsParticles) {
+  std::vector<Point> points = mixed_points(77, 2);
+  ParticleSet set = make_set(points);
+  StepBounds bounds;
+  stress_update(GetParam().material, 1, Field::affine_velocity, dt, set, bounds);
+  Extreme wave_speed;
+  double stress_volume = 0.0, smallest = infinity, largest = 0.0;
+  for (LocalIndex p = 0; p < set.size(); ++p) {
+    const Point after = get(set, p);
+    if (after.material != 1) continue;
+    wave_speed.include(
+        std::sqrt(std::visit([&](const auto& law) { return law.wave_speed_squared(after.state); }, GetParam().material)),
+        after.id);
+    stress_volume = std::max(stress_volume, after.reference_volume * std::sqrt(norm_squared(after.tau)));
+    smallest = std::min(smallest, after.state.volume_ratio);
+    largest = std::max(largest, after.state.volume_ratio);
+  }
+  EXPECT_NEAR(bounds.wave_speed.value, wave_speed.value, 1e-14 * wave_speed.value);
+  EXPECT_EQ(bounds.wave_speed.id, wave_speed.id);
+  EXPECT_NEAR(bounds.stress_volume, stress_volume, 1e-14 * stress_volume);
+  EXPECT_EQ(bounds.smallest_volume_ratio, smallest);
+  EXPECT_EQ(bounds.largest_volume_ratio, largest);
+  EXPECT_FALSE(bounds.failed());
+}
+
+TEST(StressUpdateBounds, MergesIntoWhatIsThere) {
+  ParticleSet set = make_set(mixed_points(20));
+  StepBounds bounds;
+  bounds.wave_speed = {1e9, 5};
+  bounds.stress_volume = 1e9;
+  bounds.smallest_volume_ratio = 1e-9;
+  bounds.largest_volume_ratio = 1e9;
+  bounds.n_not_finite = 3;
+  bounds.failed_id = 4;
+  stress_update(foam, 0, Field::affine_velocity, dt, set, bounds);
+  EXPECT_EQ(bounds.wave_speed.value, 1e9);
+  EXPECT_EQ(bounds.wave_speed.id, 5);
+  EXPECT_EQ(bounds.stress_volume, 1e9);
+  EXPECT_EQ(bounds.smallest_volume_ratio, 1e-9);
+  EXPECT_EQ(bounds.largest_volume_ratio, 1e9);
+  EXPECT_EQ(bounds.n_not_finite, 3);
+  EXPECT_EQ(bounds.failed_id, 4);
+}
+
+TEST(StressUpdateBounds, SmallestIdWinsTiesWhereverItStands) {
+  for (LocalIndex place = 0; place < 3 * n_lanes + 1; ++place) {
+    std::vector<Point> points;
+    for (LocalIndex p = 0; p < 3 * n_lanes + 1; ++p) points.push_back({.id = p == place ? 7 : 100 + (p * 13) % 29});
+    ParticleSet set = make_set(points);
+    StepBounds bounds;
+    stress_update(foam, 0, Field::affine_velocity, dt, set, bounds);
+    EXPECT_EQ(bounds.wave_speed.id, 7) << place;
+  }
+}
+
+TEST(StressUpdateSelection, OtherMaterialsAreUntouched) {
+  const auto points = mixed_points(90, 3);
+  ParticleSet set = make_set(points);
+  StepBounds bounds;
+  stress_update(foam, 1, Field::affine_velocity, dt, set, bounds);
+  int n_changed = 0;
+  for (LocalIndex p = 0; p < set.size(); ++p) {
+    if (points[p].material == 1)
+      n_changed += identical(get(set, p), points[p]) ? 0 : 1;
+    else
+      EXPECT_TRUE(identical(get(set, p), points[p])) << p;
+  }
+  EXPECT_GT(n_changed, 10);
+}
+
+TEST(StressUpdateSelection, WhatLiesPastTheEndNeverCounts) {
+  for (LocalIndex size = 0; size <= 2 * n_lanes + 1; ++size) {
+    ParticleSet set = make_set(mixed_points(size));
+    ParticleSet clean = make_set(mixed_points(size));
+    for (LocalIndex beyond = size; beyond < size + n_lanes; ++beyond) {
+      Point garbage{.id = -17};
+      garbage.L.c[0] = beyond % 2 == 0 ? -1e9 : std::nan("");
+      garbage.state.volume_ratio = 1e-30;
+      garbage.reference_volume = 1e30;
+      put(set, beyond, garbage);
+    }
+    StepBounds bounds, expected;
+    stress_update(foam, 0, Field::affine_velocity, dt, set, bounds);
+    stress_update(foam, 0, Field::affine_velocity, dt, clean, expected);
+    EXPECT_EQ(std::memcmp(&bounds.wave_speed, &expected.wave_speed, sizeof bounds.wave_speed), 0);
+    EXPECT_EQ(bounds.stress_volume, expected.stress_volume);
+    EXPECT_EQ(bounds.smallest_volume_ratio, expected.smallest_volume_ratio);
+    EXPECT_FALSE(bounds.failed());
+    for (LocalIndex p = 0; p < size; ++p) EXPECT_TRUE(identical(get(set, p), get(clean, p)));
+  }
+}
+
+TEST(StressUpdateSelection, ReadsTheGradientFieldItIsTold) {
+  ParticleSet set(true);
+  set.resize(1);
+  Point point{.id = 1};
+  point.L.c[1] = 20.0;
+  put(set, 0, point, Field::velocity_gradient);
+  StepBounds bounds;
+  stress_update(solid, 0, Field::affine_velocity, dt, set, bounds);
+  EXPECT_EQ(set.real(Field::kirchhoff_stress, 3)[0], 0.0);
+  stress_update(solid, 0, Field::velocity_gradient, dt, set, bounds);
+  EXPECT_NEAR(set.real(Field::kirchhoff_stress, 3)[0], solid.parameters.shear_modulus * 20.0 * dt, 1e-10);
+}
+
+TEST(StressUpdateSelection, ALawWithoutFlowClearsTheFlowRate) {
+  Point point{.id = 1, .rate = 5.0, .dissipation = 2.0};
+  ParticleSet set = make_set({point});
+  StepBounds bounds;
+  stress_update(solid, 0, Field::affine_velocity, dt, set, bounds);
+  EXPECT_EQ(get(set, 0).rate, 0.0);
+  EXPECT_EQ(get(set, 0).dissipation, 2.0);
+}
+
+class StressUpdateFailure : public testing::TestWithParam<int> {};
+
+INSTANTIATE_TEST_SUITE_P(Place, StressUpdateFailure, testing::Range(0, 2 * n_lanes + 1));
+
+// A failed particle is counted and keeps its state; the others advance and alone make the bounds.
+TEST_P(StressUpdateFailure, InvertedAndNotFiniteParticlesAreCountedAndNamed) {
+  const int place = GetParam();
+  auto points = mixed_points(2 * n_lanes + 3);
+  const auto clean = points;
+  points[place].id = 50;
+  points[place].L = {{-1.0 / dt, 0, 0, 0, 1, 0, 0, 0, 1}};  // det(1 + dt L) = 0
+  points[place + 1].id = 40;
+  points[place + 1].L.c[4] = std::nan("");
+  points[place + 2].id = 60;
+  points[place + 2].state.left_cauchy_green.c[3] = infinity;
+  ParticleSet set = make_set(points);
+  StepBounds bounds;
+  stress_update(foam, 0, Field::affine_velocity, dt, set, bounds);
+  EXPECT_EQ(bounds.n_inverted, 1);
+  EXPECT_EQ(bounds.n_not_finite, 2);
+  EXPECT_EQ(bounds.failed_id, 40);
+  EXPECT_TRUE(std::isfinite(bounds.wave_speed.value));
+  EXPECT_TRUE(std::isfinite(bounds.stress_volume));
+  EXPECT_GT(bounds.smallest_volume_ratio, 0.5);
+
+  ParticleSet others = make_set(clean);
+  StepBounds unused;
+  stress_update(foam, 0, Field::affine_velocity, dt, others, unused);
+  for (LocalIndex p = 0; p < set.size(); ++p) {
+    if (p >= place && p <= place + 2)
+      EXPECT_TRUE(identical(get(set, p), points[p])) << p;
+    else
+      EXPECT_TRUE(identical(get(set, p), get(others, p))) << p;
+  }
+}
+
+TEST(StressUpdateFailures, CompressionToZeroVolumeOrThroughItIsAnInversion) {
+  constexpr double binary_step = 0x1p-10;  // so that 1 + dt L is exactly 0 for the first
+  for (const double rate : {-1024.0, -1536.0, -1e300}) {
+    Point point{.id = 9};
+    point.L.c[8] = rate;
+    ParticleSet set = make_set({point});
+    StepBounds bounds;
+    stress_update(solid, 0, Field::affine_velocity, binary_step, set, bounds);
+    EXPECT_EQ(bounds.n_inverted, 1) << rate;
+    EXPECT_EQ(bounds.failed_id, 9);
+    EXPECT_EQ(bounds.wave_speed.id, -1);
+  }
+}
+
+}  // namespace
+}  // namespace bulkley
