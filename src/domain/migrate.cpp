@@ -1,0 +1,195 @@
+#include "bulkley/domain/migrate.hpp"
+
+#include <petscsys.h>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+#include <new>
+#include <vector>
+
+#include "bulkley/base/petsc.hpp"
+
+namespace bulkley {
+
+namespace {
+
+constexpr int tag = 1;
+constexpr std::size_t message_limit = std::size_t{64} << 20;  // bytes; well below what an int counts
+
+// Particles that go to, or come from, one rank.
+struct Parcel {
+  int rank;
+  GlobalIndex n_particles;
+};
+
+std::size_t bytes_moving(const ParticleSet& particles) {
+  std::size_t bytes = 0;
+  for (const ParticleSet::Column& column : particles.columns())
+    if (column.moves) bytes += column.element_size;
+  return bytes;
+}
+
+std::vector<Parcel> parcels_of(const std::vector<Departure>& departures) {
+  std::vector<Parcel> parcels;
+  for (const Departure& d : departures) {
+    if (parcels.empty() || parcels.back().rank != d.rank) parcels.push_back({d.rank, 0});
+    ++parcels.back().n_particles;
+  }
+  return parcels;
+}
+
+// Tells each rank how many particles come to it, and learns the same; costs one non-blocking barrier when nobody moves.
+std::vector<Parcel> announce(const Comm& comm, const std::vector<Parcel>& outgoing) {
+  std::vector<PetscMPIInt> ranks;
+  std::vector<GlobalIndex> counts;
+  for (const Parcel& parcel : outgoing) {
+    ranks.push_back(parcel.rank);
+    counts.push_back(parcel.n_particles);
+  }
+  PetscMPIInt n_sources = 0;
+  PetscMPIInt* sources = nullptr;
+  GlobalIndex* source_counts = nullptr;
+  BULKLEY_PETSC(PetscCommBuildTwoSided(comm.get(), 1, MPI_INT64_T, static_cast<PetscMPIInt>(ranks.size()), ranks.data(),
+                                       counts.data(), &n_sources, &sources, &source_counts));
+  std::vector<Parcel> incoming;
+  for (PetscMPIInt s = 0; s < n_sources; ++s) incoming.push_back({sources[s], source_counts[s]});
+  BULKLEY_PETSC(PetscFree(sources));
+  BULKLEY_PETSC(PetscFree(source_counts));
+  std::sort(incoming.begin(), incoming.end(), [](const Parcel& a, const Parcel& b) { return a.rank < b.rank; });
+  return incoming;
+}
+
+template <std::size_t size>
+void gather_elements(const std::byte* column, std::span<const Departure> parcel, std::byte* to) {
+  for (const Departure& d : parcel) {
+    std::memcpy(to, column + static_cast<std::size_t>(d.particle) * size, size);
+    to += size;
+  }
+}
+
+// A parcel is one column after the other, in the order of the field table.
+std::vector<std::byte> pack(const ParticleSet& particles, std::span<const Departure> departures,
+                            const std::vector<Parcel>& parcels) {
+  std::vector<std::byte> buffer(departures.size() * bytes_moving(particles));
+  std::byte* to = buffer.data();
+  for (const Parcel& parcel : parcels) {
+    const auto here = departures.first(static_cast<std::size_t>(parcel.n_particles));
+    departures = departures.subspan(here.size());
+    for (std::size_t c = 0; c < particles.columns().size(); ++c) {
+      const ParticleSet::Column& column = particles.columns()[c];
+      if (!column.moves) continue;
+      if (column.element_size == 1)
+        gather_elements<1>(particles.data(c), here, to);
+      else
+        gather_elements<8>(particles.data(c), here, to);
+      to += here.size() * column.element_size;
+    }
+  }
+  return buffer;
+}
+
+void unpack(const std::vector<std::byte>& buffer, const std::vector<Parcel>& parcels, LocalIndex first,
+            ParticleSet& particles) {
+  const std::byte* from = buffer.data();
+  std::size_t at = static_cast<std::size_t>(first);
+  for (const Parcel& parcel : parcels) {
+    for (std::size_t c = 0; c < particles.columns().size(); ++c) {
+      const ParticleSet::Column& column = particles.columns()[c];
+      if (!column.moves) continue;
+      const std::size_t bytes = static_cast<std::size_t>(parcel.n_particles) * column.element_size;
+      std::memcpy(particles.data(c) + at * column.element_size, from, bytes);
+      from += bytes;
+    }
+    at += static_cast<std::size_t>(parcel.n_particles);
+  }
+}
+
+// Posts `post(start, bytes, rank)` for every message of the parcels; both sides split alike, and MPI keeps their order.
+template <class Post>
+void for_each_message(const std::vector<Parcel>& parcels, std::size_t bytes_per_particle, std::byte* buffer, Post post) {
+  for (const Parcel& parcel : parcels) {
+    std::size_t left = static_cast<std::size_t>(parcel.n_particles) * bytes_per_particle;
+    while (left > 0) {
+      const std::size_t bytes = std::min(left, message_limit);
+      post(buffer, static_cast<int>(bytes), parcel.rank);
+      buffer += bytes;
+      left -= bytes;
+    }
+  }
+}
+
+// The last particles fill the gaps; particles that stay below the new end keep their place.
+void remove(std::span<const Departure> departures, ParticleSet& particles) {
+  std::vector<LocalIndex> gaps;
+  gaps.reserve(departures.size());
+  for (const Departure& d : departures) gaps.push_back(d.particle);
+  std::sort(gaps.begin(), gaps.end());
+  BULKLEY_ASSERT(std::adjacent_find(gaps.begin(), gaps.end()) == gaps.end());
+
+  const LocalIndex n_left = particles.size() - static_cast<LocalIndex>(gaps.size());
+  std::vector<std::pair<LocalIndex, LocalIndex>> moves;  // (gap, the particle that fills it)
+  LocalIndex last = particles.size() - 1;
+  std::size_t n_gaps = gaps.size();
+  for (std::size_t g = 0; g < n_gaps && gaps[g] < n_left; ++g) {
+    while (n_gaps > 0 && gaps[n_gaps - 1] == last) --n_gaps, --last;
+    moves.push_back({gaps[g], last--});
+  }
+  for (std::size_t c = 0; c < particles.columns().size(); ++c) {
+    const ParticleSet::Column& column = particles.columns()[c];
+    if (!column.moves) continue;
+    std::byte* data = particles.data(c);
+    for (const auto& [gap, filler] : moves)
+      std::memcpy(data + static_cast<std::size_t>(gap) * column.element_size,
+                  data + static_cast<std::size_t>(filler) * column.element_size, column.element_size);
+  }
+  particles.resize(n_left);
+}
+
+LocalIndex exchange_particles(const Comm& comm, std::span<const Departure> departures, ParticleSet& particles) {
+  std::vector<Departure> leaving(departures.begin(), departures.end());
+  std::stable_sort(leaving.begin(), leaving.end(), [](const Departure& a, const Departure& b) { return a.rank < b.rank; });
+  const std::vector<Parcel> outgoing = parcels_of(leaving);
+  const std::vector<Parcel> incoming = announce(comm, outgoing);
+  if (outgoing.empty() && incoming.empty()) return 0;
+
+  GlobalIndex n_arriving = 0;
+  for (const Parcel& parcel : incoming) n_arriving += parcel.n_particles;
+  const GlobalIndex n_after = particles.size() - static_cast<GlobalIndex>(leaving.size()) + n_arriving;
+  if (n_after > std::numeric_limits<LocalIndex>::max())
+    throw RunError(fmt::format("{} particles on one rank are more than it can number; use more ranks", n_after));
+
+  const std::size_t bytes_per_particle = bytes_moving(particles);
+  std::vector<std::byte> sent = pack(particles, leaving, outgoing);
+  std::vector<std::byte> received(static_cast<std::size_t>(n_arriving) * bytes_per_particle);
+  std::vector<MPI_Request> requests;
+  for_each_message(incoming, bytes_per_particle, received.data(), [&](std::byte* start, int bytes, int rank) {
+    BULKLEY_MPI(MPI_Irecv(start, bytes, MPI_BYTE, rank, tag, comm.get(), &requests.emplace_back()));
+  });
+  for_each_message(outgoing, bytes_per_particle, sent.data(), [&](std::byte* start, int bytes, int rank) {
+    BULKLEY_MPI(MPI_Isend(start, bytes, MPI_BYTE, rank, tag, comm.get(), &requests.emplace_back()));
+  });
+  remove(leaving, particles);
+  const LocalIndex first_arrival = particles.size();
+  particles.resize(static_cast<LocalIndex>(n_after));
+  BULKLEY_MPI(MPI_Waitall(static_cast<int>(requests.size()), requests.data(), MPI_STATUSES_IGNORE));
+  unpack(received, incoming, first_arrival, particles);
+  return static_cast<LocalIndex>(n_arriving);
+}
+
+}  // namespace
+
+LocalIndex migrate(const Comm& comm, std::span<const Departure> departures, ParticleSet& particles) {
+  // What goes wrong on one rank in the middle of an exchange cannot be told to the others, which wait for its messages.
+  try {
+    return exchange_particles(comm, departures, particles);
+  } catch (const std::bad_alloc&) {
+    abort_all_ranks("out of memory while particles migrate", __FILE__, __LINE__);
+  } catch (const RunError& error) {
+    abort_all_ranks(error.what(), __FILE__, __LINE__);
+  }
+}
+
+}  // namespace bulkley

@@ -1,0 +1,201 @@
+// ranks: 1 2 3 4 8
+#include "bulkley/domain/exchange.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <set>
+
+namespace bulkley {
+namespace {
+
+struct Shape {
+  const char* name;
+  Int3 n_cells;
+  std::array<bool, 3> periodic;
+};
+const Shape shapes[] = {
+    {"open", {9, 7, 13}, {false, false, false}},  // the last tiles reach beyond the last nodes
+    {"periodic", {12, 8, 8}, {true, true, true}},
+    {"slab of one tile", {14, 16, 4}, {false, true, true}},
+    {"one tile along two axes", {40, 4, 4}, {true, true, true}},
+};
+
+// Which rank works on a tile; -1: nobody.
+struct Map {
+  const char* name;
+  std::function<int(TileIndex, const Partition&, int n_ranks)> worker;
+};
+const Map maps[] = {
+    {"owners", [](TileIndex tile, const Partition& p, int) { return p.worker[tile]; }},
+    {"scattered", [](TileIndex tile, const Partition&, int n_ranks) { return tile * 7919 % 101 % n_ranks; }},
+    {"all on the last rank", [](TileIndex, const Partition&, int n_ranks) { return n_ranks - 1; }},
+    {"every third tile", [](TileIndex tile, const Partition& p, int) { return tile % 3 == 0 ? p.worker[tile] : -1; }},
+    {"no tiles", [](TileIndex, const Partition&, int) { return -1; }},
+};
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+// What `rank` contributes to component c of a pool node; small integers, so that all sums are exact.
+double contribution(int rank, const NodeRow& row, int n, int c) {
+  return (rank + 1) * 1000 + (row.i * 31 + row.j * 17 + (row.k + n) * 7) % 997 + 10000 * c;
+}
+
+// One geometry, partition and worker map, with the sums that every rank can compute for itself.
+struct Setting {
+  GridGeometry geometry;
+  Partition partition;
+  std::vector<PoolLayout> layouts;  // of each rank
+
+  Setting(const Shape& shape, SplineOrder order, const Map& map, int n_ranks) {
+    geometry.cell_size = 0.1;
+    geometry.n_cells = shape.n_cells;
+    geometry.periodic = shape.periodic;
+    geometry.order = order;
+    partition = make_partition(geometry, {}, std::vector<GlobalIndex>(geometry.n_tiles(), 1), n_ranks);
+    std::vector<std::vector<TileIndex>> tiles(n_ranks);
+    for (TileIndex tile = 0; tile < geometry.n_tiles(); ++tile) {
+      const int worker = map.worker(tile, partition, n_ranks);
+      if (worker >= 0) tiles[worker].push_back(tile);
+    }
+    for (auto& list : tiles) layouts.emplace_back(geometry, std::move(list));
+  }
+
+  // Position of a node in a dense array of the grid, wrapped where periodic; -1 beyond the grid.
+  int dense(int i, int j, int k) const {
+    Int3 node{i, j, k};
+    for (int axis = 0; axis < 3; ++axis) {
+      const int n = geometry.n_nodes(axis);
+      if (geometry.periodic[axis]) node[axis] %= n;
+      if (node[axis] >= n) return -1;
+    }
+    return (node[0] * geometry.n_nodes(1) + node[1]) * geometry.n_nodes(2) + node[2];
+  }
+  std::size_t n_dense() const {
+    return static_cast<std::size_t>(geometry.n_nodes(0)) * geometry.n_nodes(1) * geometry.n_nodes(2);
+  }
+
+  struct Truth {
+    std::vector<Node> sums;
+    std::vector<int> n_copies;  // pool nodes of all ranks that are this node
+  };
+  Truth truth() const {
+    Truth result{std::vector<Node>(n_dense(), Node{}), std::vector<int>(n_dense(), 0)};
+    for (std::size_t rank = 0; rank < layouts.size(); ++rank)
+      for (const NodeRow& row : layouts[rank].rows())
+        for (int n = 0; n < row.count; ++n) {
+          const int at = dense(row.i, row.j, row.k + n);
+          if (at < 0) continue;
+          ++result.n_copies[at];
+          for (int c = 0; c < 4; ++c) result.sums[at].c[c] += contribution(static_cast<int>(rank), row, n, c);
+        }
+    return result;
+  }
+};
+
+class ExchangeTest : public testing::Test {
+ protected:
+  Comm comm{PETSC_COMM_WORLD};
+
+  void for_each_setting(const std::function<void(const Setting&)>& check) {
+    for (const Shape& shape : shapes)
+      for (const SplineOrder order : {SplineOrder::quadratic, SplineOrder::cubic})
+        for (const Map& map : maps) {
+          SCOPED_TRACE(testing::Message() << shape.name << ", order " << static_cast<int>(order) << ", " << map.name);
+          check(Setting(shape, order, map, comm.size()));
+        }
+  }
+};
+
+TEST_F(ExchangeTest, AddSumsAllCopiesOfEachNode) {
+  for_each_setting([&](const Setting& setting) {
+    const Grid grid(comm, setting.geometry, setting.partition);
+    const PoolLayout& layout = setting.layouts[comm.rank()];
+    Exchange exchange(comm, grid, layout);
+
+    std::vector<Node> pool(layout.n_nodes());
+    for (const NodeRow& row : layout.rows())
+      for (int n = 0; n < row.count; ++n) {
+        const bool inside = setting.dense(row.i, row.j, row.k + n) >= 0;
+        for (int c = 0; c < 4; ++c)
+          pool[row.offset + n].c[c] = inside ? contribution(comm.rank(), row, n, c) : nan;  // beyond: takes no part
+      }
+    std::vector<Node> owned(grid.n_owned(), Node{{1.0, 2.0, 3.0, 4.0}});
+    exchange.add(pool.data(), owned.data());
+
+    const Setting::Truth truth = setting.truth();
+    int n_wrong = 0;
+    std::vector<LocalIndex> active;
+    for (LocalIndex n = 0; n < grid.n_owned(); ++n) {
+      const Int3 node = grid.node(n);
+      const int at = setting.dense(node[0], node[1], node[2]);
+      for (int c = 0; c < 4; ++c) n_wrong += owned[n].c[c] != c + 1.0 + truth.sums[at].c[c];
+      if (truth.n_copies[at] > 0) active.push_back(n);
+    }
+    EXPECT_EQ(n_wrong, 0);
+    EXPECT_EQ(active, std::vector<LocalIndex>(exchange.active_nodes().begin(), exchange.active_nodes().end()));
+  });
+}
+
+TEST_F(ExchangeTest, GetBringsTheOwnersValues) {
+  for_each_setting([&](const Setting& setting) {
+    const Grid grid(comm, setting.geometry, setting.partition);
+    const PoolLayout& layout = setting.layouts[comm.rank()];
+    Exchange exchange(comm, grid, layout);
+
+    std::vector<Node> owned(grid.n_owned());
+    for (LocalIndex n = 0; n < grid.n_owned(); ++n) {
+      const Int3 node = grid.node(n);
+      for (int c = 0; c < 4; ++c) owned[n].c[c] = 4 * setting.dense(node[0], node[1], node[2]) + c;
+    }
+    std::vector<Node> pool(layout.n_nodes(), Node{{nan, nan, nan, nan}});
+    exchange.get(owned.data(), pool.data());
+
+    int n_wrong = 0;
+    for (const NodeRow& row : layout.rows())
+      for (int n = 0; n < row.count; ++n) {
+        const int at = setting.dense(row.i, row.j, row.k + n);
+        for (int c = 0; c < 4; ++c) n_wrong += pool[row.offset + n].c[c] != (at < 0 ? 0 : 4 * at + c);
+      }
+    EXPECT_EQ(n_wrong, 0);
+  });
+}
+
+TEST_F(ExchangeTest, AZeroedNodeNeverBecomesNegativeZero) {
+  const Setting setting(shapes[1], SplineOrder::quadratic, maps[1], comm.size());
+  const Grid grid(comm, setting.geometry, setting.partition);
+  const PoolLayout& layout = setting.layouts[comm.rank()];
+  Exchange exchange(comm, grid, layout);
+  const std::vector<Node> pool(layout.n_nodes(), Node{{-0.0, -0.0, -0.0, -0.0}});
+  std::vector<Node> owned(grid.n_owned(), Node{});
+  exchange.add(pool.data(), owned.data());
+  int n_negative = 0;
+  for (const Node& node : owned)
+    for (const double value : node.c) n_negative += std::signbit(value);
+  EXPECT_EQ(n_negative, 0);
+}
+
+TEST_F(ExchangeTest, CountsWhatGoesToOthers) {
+  for_each_setting([&](const Setting& setting) {
+    const Grid grid(comm, setting.geometry, setting.partition);
+    const PoolLayout& layout = setting.layouts[comm.rank()];
+    const Exchange exchange(comm, grid, layout);
+    std::size_t bytes = 0;
+    std::set<int> ranks;
+    for (const NodeRow& row : layout.rows())
+      for (int n = 0; n < row.count; ++n) {
+        if (setting.dense(row.i, row.j, row.k + n) < 0) continue;
+        const int owner = grid.locate({row.i, row.j, row.k + n}).rank;
+        if (owner == comm.rank()) continue;
+        bytes += 4 * sizeof(double);
+        ranks.insert(owner);
+      }
+    EXPECT_EQ(exchange.bytes_remote(), bytes);
+    EXPECT_EQ(exchange.n_neighbours(), static_cast<int>(ranks.size()));
+  });
+}
+
+}  // namespace
+}  // namespace bulkley
