@@ -1,0 +1,84 @@
+#pragma once
+// Visual output: what a run looks like at one time, for ParaView.
+//
+// frame_<index>.h5 holds /particles (position and the fields that the scene asks for) and, if asked for, /grid; the time
+// series are frames.xdmf and grid.xdmf. Frames are for looking at: float32 by default, and never read back by a run.
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "bulkley/io/settings.hpp"
+#include "bulkley/io/xdmf.hpp"
+#include "bulkley/kernel/pool.hpp"
+#include "bulkley/material/material.hpp"
+#include "bulkley/particle/particle_set.hpp"
+
+namespace bulkley {
+
+inline constexpr const char* frame_format = "bulkley frame";
+inline constexpr GlobalIndex frame_version = 1;
+
+/// Names that `output.fields` may hold: the fields of the field table that are written, and
+///   pressure           -tr(tau) / (3 J), Pa
+///   deviatoric_stress  ||dev tau|| / J, Pa (Frobenius norm)
+///   cauchy_stress      tau / J, Pa
+///   density            m / (V0 J), kg/m^3
+/// Symmetric tensors are written with all nine components. `position` is always written.
+std::vector<std::string> frame_field_names();
+
+/// The owned nodes of the grid after the grid update, in PETSc's order (x fastest). Nodes of no mass count as empty, whatever
+/// velocity they hold.
+struct GridNodes {
+  GridGeometry geometry;
+  Int3 first{0, 0, 0};          ///< first owned node along each axis
+  Int3 count{0, 0, 0};          ///< owned nodes along each axis
+  std::span<const Node> nodes;  ///< {velocity, mass}; product of `count`
+};
+
+struct FrameInfo {
+  GlobalIndex index = 0;
+  GlobalIndex step = 0;
+  double time = 0.0;  ///< s
+  GlobalIndex n_particles = 0;
+};
+
+/// Path of a frame. Not collective.
+std::string frame_path(const std::string& folder, GlobalIndex index);
+
+/// Writes one frame and its sidecar (none for a frame without particles) as array_file.hpp describes. `info.n_particles` is
+/// set from `particles`. `nodes`: null for no grid. Throws RunError; UsageError for an unknown field name. Collective.
+void write_frame(const Comm& comm, const std::string& folder, const FrameInfo& info, const ParticleSet& particles,
+                 std::span<const NamedMaterial> materials, const OutputSettings& settings, const GridNodes* nodes);
+
+/// Throws RunError. Collective.
+FrameInfo read_frame_info(const Comm& comm, const std::string& file);
+
+/// The time series of a run's frames. The root keeps the list; frames.xdmf and grid.xdmf are rewritten whole and renamed.
+class FrameSeries {
+ public:
+  /// `restart_step`: frames up to this step stay in the series; later ones, which belong to the time that is now run again,
+  /// are removed. -1 for a fresh start. Collective.
+  FrameSeries(const Comm& comm, std::string folder, GlobalIndex restart_step);
+
+  /// Adds a frame that write_frame has written; one without particles is left out. Collective.
+  void add(const Comm& comm, GlobalIndex index);
+
+  /// Index of the next frame: one more than the largest so far. The same on every rank.
+  GlobalIndex next_index() const { return next_index_; }
+  /// Sentences about frames that could not be read and are left out; on the root.
+  const std::vector<std::string>& warnings() const { return warnings_; }
+
+ private:
+  void include(const std::string& file);
+  void write() const;
+
+  std::string folder_;
+  std::vector<XdmfParticles> particles_;
+  std::vector<XdmfGrid> grids_;
+  GlobalIndex next_index_ = 0;
+  std::vector<std::string> warnings_;
+};
+
+}  // namespace bulkley

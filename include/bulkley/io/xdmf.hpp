@@ -1,0 +1,50 @@
+#pragma once
+// XDMF: the small XML files that let ParaView open our HDF5 files. Text only; not collective.
+//
+// What both of ParaView's readers understand is narrow: an explicit connectivity, or there is nothing to draw; integers no
+// wider than int64; tensors with nine components; origin and spacing of a grid in the order z y x; relative file names.
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "bulkley/io/hdf5_file.hpp"
+
+namespace bulkley {
+
+struct XdmfField {
+  std::string name;
+  ArrayInfo array;
+};
+
+/// The particles of one file at one time.
+struct XdmfParticles {
+  std::string file;  ///< name without folder
+  double time = 0.0;
+  ArrayInfo position;
+  ArrayInfo connectivity;
+  std::vector<XdmfField> fields;
+};
+
+/// The grid of one file at one time; arrays are (nz, ny, nx) or (nz, ny, nx, 3).
+struct XdmfGrid {
+  std::string file;
+  double time = 0.0;
+  Extents n_nodes;             ///< nz, ny, nx
+  std::vector<double> origin;  ///< x, y, z; m
+  double cell_size = 0.0;      ///< m
+  std::vector<XdmfField> fields;
+};
+
+/// A document with one moment.
+std::string xdmf_document(const XdmfParticles& particles);
+/// Documents with a series of moments, by ascending time.
+std::string xdmf_series(std::span<const XdmfParticles> series);
+std::string xdmf_series(std::span<const XdmfGrid> series);
+
+/// Describes /particles of a file as it is on disk; `time` from its header. Throws RunError.
+XdmfParticles xdmf_particles(const Hdf5Reader& file);
+/// Describes /grid of a file. Throws RunError.
+XdmfGrid xdmf_grid(const Hdf5Reader& file);
+
+}  // namespace bulkley

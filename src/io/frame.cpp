@@ -1,0 +1,141 @@
+#include "bulkley/io/frame.hpp"
+
+#include <algorithm>
+#include <filesystem>
+
+#include <fmt/format.h>
+
+#include "bulkley/io/array_file.hpp"
+#include "bulkley/io/text_file.hpp"
+#include "frame_fields.hpp"
+
+namespace bulkley {
+
+namespace {
+
+const std::string prefix = "frame_";
+constexpr const char* particle_series = "frames.xdmf";
+constexpr const char* grid_series = "grid.xdmf";
+
+std::string file_name(GlobalIndex index, const char* suffix) { return fmt::format("{}{:06}{}", prefix, index, suffix); }
+
+std::string sidecar_of(const std::string& file) { return std::filesystem::path(file).replace_extension(".xdmf").string(); }
+
+FrameInfo checked_info(const Hdf5Reader& file) {
+  check_format(file, frame_format, frame_version);
+  return {file.integer("/", "index"), file.integer("/", "step"), file.real("/", "time"), file.integer("/", "n_particles")};
+}
+
+void write_sidecar(const std::string& file, GlobalIndex n_particles) {
+  if (n_particles == 0)
+    remove_file(sidecar_of(file));  // an older one may name arrays that are gone
+  else
+    write_text_atomically(sidecar_of(file), xdmf_document(xdmf_particles(Hdf5Reader(file))));
+}
+
+std::vector<std::string> names_of(std::span<const NamedMaterial> materials) {
+  std::vector<std::string> names;
+  for (const NamedMaterial& material : materials) names.push_back(material.name);
+  return names;
+}
+
+}  // namespace
+
+std::string frame_path(const std::string& folder, GlobalIndex index) { return path_in(folder, file_name(index, ".h5")); }
+
+void write_frame(const Comm& comm, const std::string& folder, const FrameInfo& info, const ParticleSet& particles,
+                 std::span<const NamedMaterial> materials, const OutputSettings& settings, const GridNodes* nodes) {
+  const ParticleRange range = particle_range(comm, particles);
+  double largest_volume = 0.0;
+  for (LocalIndex p = 0; p < particles.size(); ++p)
+    largest_volume = std::max(largest_volume, particles.real(Field::reference_volume)[p]);
+
+  FileContent content{frame_format, frame_version, {}, {}};
+  content.attributes = {{"/", "index", info.index},
+                        {"/", "step", info.step},
+                        {"/", "time", info.time},
+                        {"/", "n_particles", range.total},
+                        {"/", "materials", join_lines(names_of(materials))},
+                        {"/", "largest_reference_volume", max_global(comm, largest_volume)},
+                        {"/particles", "about", std::string("one row a particle; order without meaning")}};
+  content.arrays = {frame_array("position", settings.precision, range, particles), connectivity_array(range)};
+  for (const std::string& name : settings.fields)
+    if (name != "position") content.arrays.push_back(frame_array(name, settings.precision, range, particles));
+  if (nodes) {
+    const GridGeometry& grid = nodes->geometry;
+    content.attributes.push_back(
+        {"/grid", "origin",
+         std::vector<double>{grid.node_coordinate(0, 0), grid.node_coordinate(1, 0), grid.node_coordinate(2, 0)}});
+    content.attributes.push_back({"/grid", "cell_size", grid.cell_size});
+    for (Array& array : grid_arrays(*nodes, settings.precision)) content.arrays.push_back(std::move(array));
+  }
+
+  const std::string file = frame_path(folder, info.index);
+  write_array_file(comm, file, content);
+  root_guard(comm, [&] { write_sidecar(file, range.total); });
+}
+
+FrameInfo read_frame_info(const Comm& comm, const std::string& file) {
+  FrameInfo info;
+  root_guard(comm, [&] { info = checked_info(Hdf5Reader(file)); });
+  GlobalIndex integers[3] = {info.index, info.step, info.n_particles};
+  BULKLEY_MPI(MPI_Bcast(integers, 3, MPI_INT64_T, 0, comm.get()));
+  BULKLEY_MPI(MPI_Bcast(&info.time, 1, MPI_DOUBLE, 0, comm.get()));
+  return {integers[0], integers[1], info.time, integers[2]};
+}
+
+FrameSeries::FrameSeries(const Comm& comm, std::string folder, GlobalIndex restart_step) : folder_(std::move(folder)) {
+  root_guard(comm, [&] {
+    for (const std::string& name : numbered_files(folder_, prefix, ".h5.tmp")) remove_file(path_in(folder_, name));
+    for (const std::string& name : numbered_files(folder_, prefix, ".h5")) {
+      const std::string file = path_in(folder_, name);
+      try {
+        if (restart_step < 0 || checked_info(Hdf5Reader(file)).step > restart_step) {
+          remove_file(sidecar_of(file));
+          remove_file(file);
+        } else {
+          include(file);
+        }
+      } catch (const RunError& error) {
+        warnings_.push_back(fmt::format("frame left out of the series: {}", error.what()));
+      }
+    }
+    write();
+  });
+  BULKLEY_MPI(MPI_Bcast(&next_index_, 1, MPI_INT64_T, 0, comm.get()));
+}
+
+void FrameSeries::add(const Comm& comm, GlobalIndex index) {
+  root_guard(comm, [&] {
+    include(frame_path(folder_, index));
+    write();
+  });
+  next_index_ = std::max(next_index_, index + 1);
+}
+
+void FrameSeries::include(const std::string& file) {
+  const Hdf5Reader reader(file);
+  const FrameInfo info = checked_info(reader);
+  const auto is_this = [name = std::filesystem::path(file).filename().string()](const auto& other) {
+    return other.file == name;
+  };
+  std::erase_if(particles_, is_this);  // written again: the new one counts
+  std::erase_if(grids_, is_this);
+  if (info.n_particles > 0) particles_.push_back(xdmf_particles(reader));
+  if (reader.has("/grid")) grids_.push_back(xdmf_grid(reader));
+  next_index_ = std::max(next_index_, info.index + 1);
+}
+
+void FrameSeries::write() const {
+  // A series of nothing cannot be opened.
+  if (particles_.empty())
+    remove_file(path_in(folder_, particle_series));
+  else
+    write_text_atomically(path_in(folder_, particle_series), xdmf_series(particles_));
+  if (grids_.empty())
+    remove_file(path_in(folder_, grid_series));
+  else
+    write_text_atomically(path_in(folder_, grid_series), xdmf_series(grids_));
+}
+
+}  // namespace bulkley

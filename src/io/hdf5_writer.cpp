@@ -1,0 +1,119 @@
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "hdf5_types.hpp"
+
+namespace bulkley {
+
+namespace {
+
+HdfType text_type(std::size_t length) {
+  HdfType type(BULKLEY_HDF5(H5Tcopy(H5T_C_S1)));
+  BULKLEY_HDF5(H5Tset_size(type.get(), std::max<std::size_t>(length, 1)));  // HDF5 has no strings of no length
+  BULKLEY_HDF5(H5Tset_cset(type.get(), H5T_CSET_UTF8));
+  BULKLEY_HDF5(H5Tset_strpad(type.get(), H5T_STR_NULLPAD));
+  return type;
+}
+
+// Attributes stay in the object's header, which the file format protects by a checksum.
+constexpr unsigned max_attributes_in_header = 65535;
+constexpr std::size_t longest_text = 60000;  // bytes of one attribute in a header
+
+HdfList creation_list(hid_t kind) {
+  HdfList list(BULKLEY_HDF5(H5Pcreate(kind)));
+  BULKLEY_HDF5(H5Pset_attr_phase_change(list.get(), max_attributes_in_header, max_attributes_in_header));
+  return list;
+}
+
+}  // namespace
+
+Hdf5Writer::Hdf5Writer(const Comm& comm, const std::string& path) : path_(path) {
+  silence_hdf5();
+  const HdfList access(BULKLEY_HDF5(H5Pcreate(H5P_FILE_ACCESS)));
+  BULKLEY_HDF5(H5Pset_fapl_mpio(access.get(), comm.get(), MPI_INFO_NULL));
+  // The format of HDF5 1.8 puts checksums on the metadata and is read by everything since.
+  BULKLEY_HDF5(H5Pset_libver_bounds(access.get(), H5F_LIBVER_V18, H5F_LIBVER_V18));
+  const HdfList creation = creation_list(H5P_FILE_CREATE);
+  file_ = HdfFile(BULKLEY_HDF5(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, creation.get(), access.get())));
+  independent_ = HdfList(BULKLEY_HDF5(H5Pcreate(H5P_DATASET_XFER)));
+  BULKLEY_HDF5(H5Pset_dxpl_mpio(independent_.get(), H5FD_MPIO_INDEPENDENT));
+}
+
+void Hdf5Writer::create_group(const std::string& path) {
+  const HdfList links(BULKLEY_HDF5(H5Pcreate(H5P_LINK_CREATE)));
+  BULKLEY_HDF5(H5Pset_create_intermediate_group(links.get(), 1));
+  const HdfList creation = creation_list(H5P_GROUP_CREATE);
+  const HdfGroup group(BULKLEY_HDF5(H5Gcreate2(file_.get(), path.c_str(), links.get(), creation.get(), H5P_DEFAULT)));
+}
+
+void Hdf5Writer::set_attribute(const std::string& object, const std::string& name, const AttributeValue& value) {
+  const auto* text = std::get_if<std::string>(&value);
+  if (!text || text->size() <= longest_text) return set_one_attribute(object, name, value);
+  for (std::size_t start = 0, part = 1; start < text->size(); start += longest_text, ++part)
+    set_one_attribute(object, part_name(name, static_cast<int>(part)), text->substr(start, longest_text));
+}
+
+void Hdf5Writer::set_one_attribute(const std::string& object, const std::string& name, const AttributeValue& value) {
+  Extents shape;
+  HdfType type;
+  const void* data = nullptr;
+  if (const auto* integer = std::get_if<GlobalIndex>(&value)) {
+    type = HdfType(BULKLEY_HDF5(H5Tcopy(H5T_STD_I64LE)));
+    data = integer;
+  } else if (const auto* real = std::get_if<double>(&value)) {
+    type = HdfType(BULKLEY_HDF5(H5Tcopy(H5T_IEEE_F64LE)));
+    data = real;
+  } else if (const auto* text = std::get_if<std::string>(&value)) {
+    type = text_type(text->size());
+    data = text->c_str();
+  } else {
+    const auto& reals = std::get<std::vector<double>>(value);
+    type = HdfType(BULKLEY_HDF5(H5Tcopy(H5T_IEEE_F64LE)));
+    shape = {static_cast<GlobalIndex>(reals.size())};
+    data = reals.data();
+  }
+  const HdfObject holder(BULKLEY_HDF5(H5Oopen(file_.get(), object.c_str(), H5P_DEFAULT)));
+  HdfAttribute attribute;
+  if (BULKLEY_HDF5(H5Aexists(holder.get(), name.c_str())) > 0) {
+    attribute = HdfAttribute(BULKLEY_HDF5(H5Aopen(holder.get(), name.c_str(), H5P_DEFAULT)));
+  } else {
+    const HdfSpace space = make_space(shape);
+    attribute = HdfAttribute(
+        BULKLEY_HDF5(H5Acreate2(holder.get(), name.c_str(), type.get(), space.get(), H5P_DEFAULT, H5P_DEFAULT)));
+  }
+  BULKLEY_HDF5(H5Awrite(attribute.get(), type.get(), data));
+}
+
+void Hdf5Writer::create_array(const std::string& path, ArrayType type, const Extents& shape) {
+  const HdfList creation = creation_list(H5P_DATASET_CREATE);
+  BULKLEY_HDF5(H5Pset_layout(creation.get(), H5D_CONTIGUOUS));
+  BULKLEY_HDF5(H5Pset_alloc_time(creation.get(), H5D_ALLOC_TIME_EARLY));
+  BULKLEY_HDF5(H5Pset_fill_time(creation.get(), H5D_FILL_TIME_NEVER));
+  const HdfSpace space = make_space(shape);
+  const HdfDataset dataset(BULKLEY_HDF5(
+      H5Dcreate2(file_.get(), path.c_str(), hdf5_type(type), space.get(), H5P_DEFAULT, creation.get(), H5P_DEFAULT)));
+  if (n_elements(shape) == 0) return;  // has no place in the file
+  const haddr_t offset = BULKLEY_HDF5(H5Dget_offset(dataset.get()));
+  const auto bytes = n_elements(shape) * static_cast<GlobalIndex>(element_size(type));
+  end_of_arrays_ = std::max(end_of_arrays_, static_cast<GlobalIndex>(offset) + bytes);
+}
+
+void Hdf5Writer::write(const std::string& array, const Extents& start, const Extents& count, const void* data) {
+  if (n_elements(count) == 0) return;
+  const std::string what = fmt::format("cannot write {} to '{}'", array, path_);
+  const HdfDataset dataset(BULKLEY_HDF5_LOCAL(what, H5Dopen2(file_.get(), array.c_str(), H5P_DEFAULT)));
+  const HdfSpace file_space(BULKLEY_HDF5_LOCAL(what, H5Dget_space(dataset.get())));
+  const HdfType type(BULKLEY_HDF5_LOCAL(what, H5Dget_type(dataset.get())));
+  const HdfSpace memory_space = make_space(count);
+  select_block(file_space.get(), start, count, what);
+  BULKLEY_HDF5_LOCAL(what,
+                     H5Dwrite(dataset.get(), type.get(), memory_space.get(), file_space.get(), independent_.get(), data));
+}
+
+void Hdf5Writer::close() {
+  BULKLEY_HDF5(H5Fflush(file_.get(), H5F_SCOPE_GLOBAL));
+  BULKLEY_HDF5(H5Fclose(file_.release()));
+}
+
+}  // namespace bulkley

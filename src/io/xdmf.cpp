@@ -1,0 +1,132 @@
+#include "bulkley/io/xdmf.hpp"
+
+#include <filesystem>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace bulkley {
+
+namespace {
+
+struct NumberType {
+  const char* name;
+  int precision;
+};
+NumberType number_type(ArrayType type) {
+  switch (type) {
+    case ArrayType::float32:
+      return {"Float", 4};
+    case ArrayType::float64:
+      return {"Float", 8};
+    case ArrayType::int32:
+      return {"Int", 4};
+    case ArrayType::int64:
+      return {"Int", 8};
+    case ArrayType::uint8:
+      return {"UChar", 1};
+  }
+  return {"", 0};
+}
+
+std::string data_item(const std::string& file, const ArrayInfo& array) {
+  const NumberType number = number_type(array.type);
+  return fmt::format(R"(<DataItem Dimensions="{}" NumberType="{}" Precision="{}" Format="HDF">{}:{}</DataItem>)",
+                     fmt::join(array.shape, " "), number.name, number.precision, file, array.path);
+}
+
+/// Scalar, Vector, Tensor, or Matrix for anything else. `axes`: those that number the points.
+const char* attribute_type(const ArrayInfo& array, std::size_t axes) {
+  switch (n_elements(Extents(array.shape.begin() + static_cast<std::ptrdiff_t>(axes), array.shape.end()))) {
+    case 1:
+      return "Scalar";
+    case 3:
+      return "Vector";
+    case 9:
+      return "Tensor";
+    default:
+      return "Matrix";
+  }
+}
+
+std::string attributes(const std::string& file, const std::vector<XdmfField>& fields, std::size_t axes) {
+  std::string text;
+  for (const XdmfField& field : fields)
+    text += fmt::format(
+        "        <Attribute Name=\"{}\" AttributeType=\"{}\" Center=\"Node\">\n          {}\n        </Attribute>\n",
+        field.name, attribute_type(field.array, axes), data_item(file, field.array));
+  return text;
+}
+
+std::string moment(const XdmfParticles& particles) {
+  return fmt::format(R"(      <Grid Name="particles" GridType="Uniform">
+        <Time Value="{}"/>
+        <Topology TopologyType="Polyvertex" NumberOfElements="{}" NodesPerElement="1">
+          {}
+        </Topology>
+        <Geometry GeometryType="XYZ">
+          {}
+        </Geometry>
+{}      </Grid>
+)",
+                     particles.time, particles.position.shape[0], data_item(particles.file, particles.connectivity),
+                     data_item(particles.file, particles.position), attributes(particles.file, particles.fields, 1));
+}
+
+std::string moment(const XdmfGrid& grid) {
+  return fmt::format(R"(      <Grid Name="grid" GridType="Uniform">
+        <Time Value="{}"/>
+        <Topology TopologyType="3DCoRectMesh" Dimensions="{}"/>
+        <Geometry GeometryType="ORIGIN_DXDYDZ">
+          <DataItem Dimensions="3" NumberType="Float" Precision="8" Format="XML">{} {} {}</DataItem>
+          <DataItem Dimensions="3" NumberType="Float" Precision="8" Format="XML">{} {} {}</DataItem>
+        </Geometry>
+{}      </Grid>
+)",
+                     grid.time, fmt::join(grid.n_nodes, " "), grid.origin[2], grid.origin[1], grid.origin[0], grid.cell_size,
+                     grid.cell_size, grid.cell_size, attributes(grid.file, grid.fields, 3));
+}
+
+std::string document(const std::string& body) {
+  return "<?xml version=\"1.0\" ?>\n<Xdmf Version=\"3.0\">\n  <Domain>\n" + body + "  </Domain>\n</Xdmf>\n";
+}
+
+template <class Moment>
+std::string series_document(const char* name, std::span<const Moment> series) {
+  std::string body = fmt::format("    <Grid Name=\"{}\" GridType=\"Collection\" CollectionType=\"Temporal\">\n", name);
+  for (const Moment& one : series) body += moment(one);
+  return document(body + "    </Grid>\n");
+}
+
+}  // namespace
+
+std::string xdmf_document(const XdmfParticles& particles) { return document(moment(particles)); }
+std::string xdmf_series(std::span<const XdmfParticles> series) { return series_document("particles", series); }
+std::string xdmf_series(std::span<const XdmfGrid> series) { return series_document("grid", series); }
+
+XdmfParticles xdmf_particles(const Hdf5Reader& file) {
+  XdmfParticles particles{std::filesystem::path(file.path()).filename().string(),
+                          file.real("/", "time"),
+                          file.array("/particles/position"),
+                          file.array("/particles/connectivity"),
+                          {}};
+  for (const std::string& name : file.members("/particles"))
+    if (name != "position" && name != "connectivity") particles.fields.push_back({name, file.array("/particles/" + name)});
+  return particles;
+}
+
+XdmfGrid xdmf_grid(const Hdf5Reader& file) {
+  XdmfGrid grid;
+  grid.file = std::filesystem::path(file.path()).filename().string();
+  grid.time = file.real("/", "time");
+  grid.origin = file.reals("/grid", "origin");
+  grid.cell_size = file.real("/grid", "cell_size");
+  for (const std::string& name : file.members("/grid")) {
+    grid.fields.push_back({name, file.array("/grid/" + name)});
+    grid.n_nodes = grid.fields.back().array.shape;
+  }
+  grid.n_nodes.resize(3);
+  return grid;
+}
+
+}  // namespace bulkley

@@ -1,0 +1,214 @@
+// ranks: 1 2 3 4 8
+#include "bulkley/io/frame.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "bulkley/io/array_file.hpp"
+#include "bulkley/io/checkpoint.hpp"
+#include "bulkley/io/text_file.hpp"
+#include "support/io_particles.hpp"
+
+namespace bulkley {
+namespace {
+
+const std::vector<NamedMaterial> materials{{"cream", HerschelBulkley{}}, {"pie", NeoHookean{}}};
+
+template <class Number>
+std::vector<Number> whole_array(const Hdf5Reader& file, const std::string& path) {
+  const ArrayInfo array = file.array(path);
+  std::vector<Number> values(static_cast<std::size_t>(n_elements(array.shape)));
+  file.read(array, Extents(array.shape.size(), 0), array.shape, values.data());
+  return values;
+}
+
+int count(const std::string& text, const std::string& part) {
+  int n = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++n;
+  return n;
+}
+
+class Frame : public testing::Test {
+ protected:
+  Comm comm{PETSC_COMM_WORLD};
+  SharedFolder folder{comm};
+  OutputSettings settings;
+
+  std::string write(GlobalIndex index, GlobalIndex step, double time, GlobalIndex n, const GridNodes* nodes = nullptr) {
+    write_frame(comm, folder.path(), {index, step, time, 0}, make_uneven_particles(comm, n), materials, settings, nodes);
+    return frame_path(folder.path(), index);
+  }
+  // The root's copy of a text file, on every rank.
+  std::string text_of(const std::string& name) {
+    std::string text;
+    if (comm.is_root()) text = whole_file(folder.file(name));
+    return broadcast_text(comm, text);
+  }
+};
+
+TEST_F(Frame, HoldsWhatTheSettingsSay) {
+  settings.fields = frame_field_names();
+  settings.precision = FloatPrecision::float64;
+  const std::string path = write(3, 17, 0.25, 500);
+  const Hdf5Reader file(path);
+  EXPECT_EQ(file.integer("/", "step"), 17);
+  EXPECT_EQ(file.real("/", "time"), 0.25);
+  EXPECT_EQ(file.text("/", "materials"), "cream\npie");
+  EXPECT_EQ(file.members("/particles").size(), settings.fields.size() + 1);  // and the connectivity
+
+  const ParticleSet particles = make_particles(0, 500);
+  const auto id = whole_array<GlobalIndex>(file, "/particles/id");
+  const auto material = whole_array<std::uint8_t>(file, "/particles/material");
+  const auto position = whole_array<double>(file, "/particles/position");
+  const auto pressure = whole_array<double>(file, "/particles/pressure");
+  const auto deviatoric = whole_array<double>(file, "/particles/deviatoric_stress");
+  const auto density = whole_array<double>(file, "/particles/density");
+  const auto cauchy = whole_array<double>(file, "/particles/cauchy_stress");
+  const auto left = whole_array<double>(file, "/particles/left_cauchy_green");
+  const auto connectivity = whole_array<std::int32_t>(file, "/particles/connectivity");
+  EXPECT_EQ(file.array("/particles/cauchy_stress").shape, (Extents{500, 3, 3}));
+  for (std::size_t p = 0; p < 500; ++p) {
+    const auto local = static_cast<LocalIndex>(p);
+    EXPECT_EQ(id[p], static_cast<GlobalIndex>(p));
+    EXPECT_EQ(connectivity[p], local);
+    EXPECT_EQ(material[p], p % 2);
+    EXPECT_EQ(position[3 * p + 2], particles.real(Field::position, 2)[local]);
+    // Written out in full, apart from the code's tensor functions.
+    const double J = particles.real(Field::volume_ratio)[local];
+    double tau[6];
+    for (int c = 0; c < 6; ++c) tau[c] = particles.real(Field::kirchhoff_stress, c)[local];
+    const double mean = (tau[0] + tau[1] + tau[2]) / 3.0;
+    const double norm =
+        std::sqrt((tau[0] - mean) * (tau[0] - mean) + (tau[1] - mean) * (tau[1] - mean) + (tau[2] - mean) * (tau[2] - mean) +
+                  2 * (tau[3] * tau[3] + tau[4] * tau[4] + tau[5] * tau[5]));
+    EXPECT_NEAR(pressure[p], -mean / J, 1e-14);
+    EXPECT_NEAR(deviatoric[p], norm / J, 1e-14);
+    EXPECT_NEAR(density[p], particles.real(Field::mass)[local] / (particles.real(Field::reference_volume)[local] * J),
+                1e-14);
+    const int full[9] = {0, 3, 5, 3, 1, 4, 5, 4, 2};  // xx yy zz xy yz xz in a row-major matrix
+    for (std::size_t c = 0; c < 9; ++c) {
+      EXPECT_NEAR(cauchy[9 * p + c], tau[full[c]] / J, 1e-14);
+      EXPECT_EQ(left[9 * p + c], particles.real(Field::left_cauchy_green, full[c])[local]);
+    }
+  }
+}
+
+TEST_F(Frame, SinglePrecisionKeepsIdsWhole) {
+  settings.fields = {"id", "velocity"};
+  const GlobalIndex large = (GlobalIndex{1} << 40) + 1;  // neither a float nor 32 bits hold it
+  write_frame(comm, folder.path(), {}, make_particles(large + 10 * comm.rank(), 10), materials, settings, nullptr);
+  const Hdf5Reader file(frame_path(folder.path(), 0));
+  EXPECT_EQ(file.array("/particles/velocity").type, ArrayType::float32);
+  EXPECT_EQ(whole_array<GlobalIndex>(file, "/particles/id").back(), large + 10 * comm.size() - 1);
+  const ParticleSet first = make_particles(large, 1);
+  EXPECT_EQ(whole_array<float>(file, "/particles/velocity")[1], static_cast<float>(first.real(Field::velocity, 1)[0]));
+}
+
+TEST_F(Frame, ChecksumsAreVerified) {
+  const std::string path = write(0, 0, 0.0, 300);
+  EXPECT_NE(describe_file(comm, path).find("frame 0 of step 0"), std::string::npos);
+  root_guard(comm, [&] {
+    std::string bytes = whole_file(path);
+    const auto bits = static_cast<float>(make_particles(123, 1).real(Field::velocity, 0)[0]);
+    const std::size_t at = bytes.find(std::string(reinterpret_cast<const char*>(&bits), sizeof bits));
+    if (at == std::string::npos) throw RunError("the test's particle is not in the file");
+    bytes[at] = static_cast<char>(bytes[at] ^ 1);
+    replace_file(path, bytes);
+  });
+  EXPECT_NE(sentence_of<RunError>([&] { describe_file(comm, path); }).find("is damaged"), std::string::npos);
+}
+
+TEST_F(Frame, RefusesUnknownFields) {
+  settings.fields = {"presure"};
+  EXPECT_NE(sentence_of<UsageError>([&] { write(0, 0, 0.0, 5); }).find("there is no field 'presure'"), std::string::npos);
+  EXPECT_FALSE(folder.has("frame_000000.h5"));
+}
+
+// Every node says where it is: mass density = index along the whole grid, velocity = its indices.
+TEST_F(Frame, GridIsInZyxOrder) {
+  GridGeometry geometry;
+  geometry.lower = Vec3(1.0, 2.0, 3.0);
+  geometry.cell_size = 0.5;
+  geometry.n_cells = {8, 12, 4};
+  geometry.periodic = {false, false, true};
+  // Ranks along y, as a DMDA may cut it; the last takes the rest and may be empty.
+  const int n_y = geometry.n_nodes(1), share = (n_y + comm.size() - 1) / comm.size();
+  const int first = std::min(comm.rank() * share, n_y), last = std::min(first + share, n_y);
+  GridNodes nodes{geometry, {0, first, 0}, {geometry.n_nodes(0), last - first, geometry.n_nodes(2)}, {}};
+  std::vector<Node> values;
+  for (int k = 0; k < nodes.count[2]; ++k)
+    for (int j = first; j < last; ++j)
+      for (int i = 0; i < nodes.count[0]; ++i)
+        values.push_back({{1.0 * i, 1.0 * j, 1.0 * k, i == 0 ? 0.0 : 0.125 * (i + 100 * j + 10000 * k)}});
+  nodes.nodes = values;
+  settings.precision = FloatPrecision::float64;
+  const Hdf5Reader file(write(0, 0, 0.0, 10, &nodes));
+  describe_file(comm, frame_path(folder.path(), 0));  // throws if a checksum is wrong
+
+  const auto density = whole_array<double>(file, "/grid/mass_density");
+  const auto velocity = whole_array<double>(file, "/grid/velocity");
+  EXPECT_EQ(file.array("/grid/mass_density").shape, (Extents{4, 16, 12}));
+  EXPECT_EQ(file.reals("/grid", "origin"), (std::vector<double>{0.5, 1.5, 3.0}));  // one node below, but not along z
+  std::size_t n = 0;
+  for (int k = 0; k < 4; ++k)
+    for (int j = 0; j < 16; ++j)
+      for (int i = 0; i < 12; ++i, ++n) {
+        EXPECT_EQ(density[n], i == 0 ? 0.0 : i + 100 * j + 10000 * k);
+        const bool empty = i == 0 || density[n] == 0.0;
+        EXPECT_EQ(velocity[3 * n + 1], empty ? 0.0 : j);
+        EXPECT_EQ(velocity[3 * n + 2], empty ? 0.0 : k);
+      }
+  FrameSeries series(comm, folder.path(), 0);
+  const std::string text = text_of("grid.xdmf");
+  EXPECT_NE(text.find("Dimensions=\"4 16 12\""), std::string::npos) << text;
+  EXPECT_NE(text.find(">3 1.5 0.5<"), std::string::npos) << text;
+}
+
+TEST_F(Frame, SeriesFollowsTheRun) {
+  {
+    FrameSeries series(comm, folder.path(), -1);
+    EXPECT_EQ(series.next_index(), 0);
+    EXPECT_FALSE(folder.has("frames.xdmf"));
+    for (const GlobalIndex index : {0, 1, 2, 3}) {
+      write(index, 100 * index, 0.1 * static_cast<double>(index), index == 2 ? 0 : 50);  // frame 2 is empty
+      series.add(comm, index);
+    }
+    EXPECT_EQ(series.next_index(), 4);
+  }
+  std::string text = text_of("frames.xdmf");
+  EXPECT_EQ(count(text, "<Time "), 3) << text;
+  EXPECT_EQ(count(text, "frame_000002"), 0) << "an empty frame cannot be opened";
+  EXPECT_NE(text.find("frame_000001.h5:/particles/position"), std::string::npos);
+  EXPECT_EQ(text.find(folder.path()), std::string::npos) << "names are relative";
+  EXPECT_EQ(text.find("\"UInt\""), std::string::npos);
+  EXPECT_TRUE(folder.has("frame_000001.xdmf"));
+  EXPECT_FALSE(folder.has("frame_000002.xdmf"));
+
+  // Restarted from step 150: frames of steps 200 and 300 are to be made again.
+  FrameSeries again(comm, folder.path(), 150);
+  EXPECT_EQ(again.next_index(), 2);
+  EXPECT_EQ(count(text_of("frames.xdmf"), "<Time "), 2);
+  EXPECT_FALSE(folder.has("frame_000003.h5"));
+  EXPECT_FALSE(folder.has("frame_000003.xdmf"));
+  write(2, 200, 0.2, 50);
+  again.add(comm, 2);
+  again.add(comm, 2);  // the same frame twice counts once
+  text = text_of("frames.xdmf");
+  EXPECT_EQ(count(text, "<Time "), 3);
+  EXPECT_LT(text.find("frame_000001"), text.find("frame_000002"));
+
+  root_guard(comm, [&] { replace_file(frame_path(folder.path(), 1), "not a frame"); });
+  const FrameSeries damaged(comm, folder.path(), 250);
+  EXPECT_EQ(count(text_of("frames.xdmf"), "<Time "), 2);
+  if (comm.is_root()) EXPECT_EQ(damaged.warnings().size(), 1u);
+
+  const FrameSeries fresh(comm, folder.path(), -1);
+  EXPECT_FALSE(folder.has("frame_000000.h5"));
+  EXPECT_FALSE(folder.has("frames.xdmf"));
+}
+
+}  // namespace
+}  // namespace bulkley

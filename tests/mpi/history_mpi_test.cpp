@@ -1,0 +1,101 @@
+// ranks: 1 3
+#include "bulkley/io/history.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "bulkley/io/status.hpp"
+#include "bulkley/io/text_file.hpp"
+#include "support/io_particles.hpp"
+
+namespace bulkley {
+namespace {
+
+const std::vector<std::string> columns{"step", "time (s)", "limiter"};
+
+class HistoryFile : public testing::Test {
+ protected:
+  Comm comm{PETSC_COMM_WORLD};
+  SharedFolder folder{comm};
+
+  std::string text_of(const std::string& name) {
+    std::string text;
+    root_guard(comm, [&] { text = whole_file(folder.file(name)); });
+    return broadcast_text(comm, text);
+  }
+};
+
+TEST_F(HistoryFile, RowsAreThereAtOnceAndRoundTrip) {
+  History history(comm, folder.path(), columns, -1);
+  EXPECT_EQ(text_of("history.csv"), "step,time (s),limiter\n");
+  history.write(comm, {GlobalIndex{1}, 0.1, std::string("speed")});
+  history.write(comm, {GlobalIndex{2}, 0.1 + 0.2, std::string("a \"quoted\", word")});
+  history.write(comm, {GlobalIndex{3}, std::nan(""), std::string()});
+  EXPECT_EQ(text_of("history.csv"),
+            "step,time (s),limiter\n1,0.1,speed\n2,0.30000000000000004,\"a \"\"quoted\"\", word\"\n3,nan,\n");
+}
+
+TEST_F(HistoryFile, RefusesARowOfTheWrongLength) {
+  History history(comm, folder.path(), columns, -1);
+  EXPECT_NE(sentence_of<RunError>([&] { history.write(comm, {GlobalIndex{1}}); }).find("1 values for the 3 columns"),
+            std::string::npos);
+}
+
+TEST_F(HistoryFile, RestartCutsWhatIsRunAgain) {
+  root_guard(comm,
+             [&] { replace_file(folder.file("history.csv"), "step,time (s),limiter\n1,0.1,a\n5,0.5,b\n9,0.9,c\n12,1.2"); });
+  {
+    History history(comm, folder.path(), columns, 5);
+    history.write(comm, {GlobalIndex{6}, 0.6, std::string("d")});
+  }
+  EXPECT_EQ(text_of("history.csv"), "step,time (s),limiter\n1,0.1,a\n5,0.5,b\n6,0.6,d\n");
+  { const History history(comm, folder.path(), columns, 100); }
+  EXPECT_EQ(text_of("history.csv"), "step,time (s),limiter\n1,0.1,a\n5,0.5,b\n6,0.6,d\n");
+  { const History history(comm, folder.path(), columns, -1); }
+  EXPECT_EQ(text_of("history.csv"), "step,time (s),limiter\n");
+}
+
+TEST_F(HistoryFile, RestartInAnEmptyFolderBeginsATable) {
+  { const History history(comm, folder.path(), columns, 7); }
+  EXPECT_EQ(text_of("history.csv"), "step,time (s),limiter\n");
+}
+
+TEST_F(HistoryFile, RestartRefusesATableThatIsNotOurs) {
+  root_guard(comm, [&] { replace_file(folder.file("history.csv"), "step,energy\n1,2\n"); });
+  EXPECT_NE(sentence_of<RunError>([&] { History(comm, folder.path(), columns, 5); }).find("its columns are not those"),
+            std::string::npos);
+  root_guard(comm, [&] { replace_file(folder.file("history.csv"), "step,time (s),limiter\nnonsense\n"); });
+  EXPECT_NE(
+      sentence_of<RunError>([&] { History(comm, folder.path(), columns, 5); }).find("a row does not begin with a step"),
+      std::string::npos);
+  EXPECT_EQ(text_of("history.csv"), "step,time (s),limiter\nnonsense\n") << "left as it was";
+}
+
+TEST_F(HistoryFile, CannotOpenIsAnErrorEverywhere) {
+  EXPECT_NE(sentence_of<RunError>([&] { History(comm, folder.file("nowhere"), columns, -1); }).find("nowhere"),
+            std::string::npos);
+}
+
+TEST_F(HistoryFile, StatusIsJson) {
+  write_status(comm, folder.path(), {RunState::failed, 12, 0.5, "checkpoint_000000010.h5", "a \"bad\"\nthing \\"});
+  EXPECT_EQ(
+      text_of("status.json"),
+      "{\n  \"state\": \"failed\",\n  \"step\": 12,\n  \"time\": 0.5,\n  \"checkpoint\": \"checkpoint_000000010.h5\",\n"
+      "  \"reason\": \"a \\\"bad\\\"\\u000athing \\\\\"\n}\n");
+  write_status(comm, folder.path(), {RunState::running, 0, std::nan(""), "", ""});
+  EXPECT_NE(text_of("status.json").find("\"time\": null"), std::string::npos);
+  EXPECT_FALSE(folder.has("status.json.tmp"));
+}
+
+TEST_F(HistoryFile, PeakMemoryGrows) {
+  const std::size_t before = peak_resident_bytes();
+  EXPECT_GT(before, std::size_t{1} << 20);
+  std::vector<char> block(std::size_t{200} << 20);
+  for (std::size_t i = 0; i < block.size(); i += 4096) block[i] = 1;
+  EXPECT_GE(peak_resident_bytes(), before + (std::size_t{100} << 20)) << block[4096];
+}
+
+}  // namespace
+}  // namespace bulkley

@@ -1,0 +1,117 @@
+// ranks: 1 2 3 4 8
+// The real solver, on any number of ranks, against the plain serial reference, step by step.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "bulkley/kernel/p2g.hpp"
+#include "support/reference_particles.hpp"
+#include "support/solver_run.hpp"
+
+namespace bulkley {
+namespace {
+
+ReferenceMpm reference_of(const SolverScene& scene) {
+  const Physics& physics = scene.physics;
+  ReferenceScene reference{physics.grid, physics.transfer, physics.gravity, physics.faces, physics.colliders, {}};
+  reference.materials = {{1e5, 3e4, false, 0.0, 0.0, 1.0}, {1e5, 3e4, true, 400.0, 50.0, 0.4}};
+  return ReferenceMpm(reference, reference_particles(scene.particles));
+}
+
+// Largest differences over particles, each divided by the scale of its quantity.
+struct Difference {
+  double x = 0.0, v = 0.0, L = 0.0, J = 0.0, b = 0.0, tau = 0.0, dissipation = 0.0;
+  double largest() const { return std::max({x, v, L, J, b, tau, dissipation}); }
+};
+
+Difference difference(const ReferenceMpm& reference, const ParticleSet& found, bool affine) {
+  const std::vector<ReferenceParticle> particles = reference_particles(found);
+  Difference d;
+  EXPECT_EQ(particles.size(), reference.particles.size());
+  if (particles.size() != reference.particles.size()) return d;
+  double speed = 0.0, gradient = 0.0, dissipation = 1.0;
+  for (const ReferenceParticle& p : reference.particles) {
+    speed = std::max(speed, p.v.norm());
+    gradient = std::max(gradient, p.L.norm());
+    dissipation = std::max(dissipation, p.dissipation);
+  }
+  for (std::size_t n = 0; n < particles.size(); ++n) {
+    const ReferenceParticle &p = particles[n], &truth = reference.particles[n];
+    EXPECT_EQ(p.id, truth.id);
+    EXPECT_EQ(p.material, truth.material);
+    d.x = std::max(d.x, (p.x - truth.x).norm());
+    d.v = std::max(d.v, (p.v - truth.v).norm() / speed);
+    d.L = std::max(d.L, (p.L - truth.L).norm() / gradient);
+    if (affine) d.L = std::max(d.L, (p.C - truth.C).norm() / gradient);
+    d.J = std::max(d.J, std::abs(p.J - truth.J));
+    d.b = std::max(d.b, (p.b - truth.b).norm());
+    d.tau = std::max(d.tau, (p.tau - truth.tau).norm() / 1e5);
+    d.dissipation = std::max(d.dissipation, std::abs(p.dissipation - truth.dissipation) / dissipation);
+  }
+  return d;
+}
+
+class SolverReferenceTest : public testing::Test {
+ protected:
+  Comm comm{PETSC_COMM_WORLD};
+
+  void expect_agreement(const SolverScene& scene, int n_steps, PartitionMethod method, bool scattered) {
+    const auto solver = solver_of(comm, scene, partition_of(comm, scene, method, scattered));
+    ReferenceMpm reference = reference_of(scene);  // marches on the root only
+    TimeStepState state;
+    double largest_mass = 0.0;
+    for (LocalIndex p = 0; p < scene.particles.size(); ++p) largest_mass = std::max(largest_mass, scene.particles.real(Field::mass)[p]);
+    Difference last;
+    for (int step = 0; step < n_steps; ++step) {
+      const double dt = scene.physics.time.fixed_step;
+      // Both draw the line of empty nodes at the same mass.
+      reference.empty_node = 0x1p-48 * sum_bounds(scene.physics.grid, scene.physics.transfer, solver->bounds(), dt).mass / largest_mass;
+      const StepReport report = solver->step(1.0, 0, state);
+      EXPECT_EQ(report.plan.dt, dt);
+      const bool compare = step < 3 || step % 10 == 9;
+      const ParticleSet found = compare ? gathered(comm, solver->particles()) : ParticleSet();
+      if (!comm.is_root()) continue;
+      reference.step(dt);
+      if (compare) last = difference(reference, found, scene.physics.transfer.affine());
+      EXPECT_LE(last.largest(), 1e-10) << "step " << step << ": x " << last.x << ", v " << last.v << ", L " << last.L << ", J "
+                                       << last.J << ", b " << last.b << ", tau " << last.tau << ", dissipation " << last.dissipation;
+      EXPECT_EQ(report.bounds.n_particles, static_cast<GlobalIndex>(reference.particles.size()));
+    }
+    if (comm.is_root()) {
+      const auto flowed = [](const ReferenceParticle& p) { return p.dissipation > 0.0; };
+      EXPECT_TRUE(std::any_of(reference.particles.begin(), reference.particles.end(), flowed)) << "the fluid should flow";
+    }
+  }
+};
+
+TEST_F(SolverReferenceTest, ContactWithFloorWallsAndCollider) {
+  for (const TransferSettings& transfer : all_transfers()) {
+    SCOPED_TRACE(describe(transfer));
+    expect_agreement(contact_scene(transfer), 50, PartitionMethod::ranges, false);
+  }
+}
+
+TEST_F(SolverReferenceTest, PeriodicBox) {
+  for (const TransferSettings& transfer : all_transfers()) {
+    SCOPED_TRACE(describe(transfer));
+    expect_agreement(periodic_scene(transfer, {8, 8, 8}, {true, true, true}), 50, PartitionMethod::uniform, false);
+  }
+}
+
+TEST_F(SolverReferenceTest, PeriodicSlabOfOneTile) {
+  for (const TransferSettings& transfer : all_transfers()) {
+    SCOPED_TRACE(describe(transfer));
+    expect_agreement(periodic_scene(transfer, {16, 4, 12}, {true, true, false}), 50, PartitionMethod::ranges, false);
+  }
+}
+
+TEST_F(SolverReferenceTest, WorkersFarFromTheOwners) {
+  for (const TransferSettings& transfer : some_transfers()) {
+    SCOPED_TRACE(describe(transfer));
+    expect_agreement(contact_scene(transfer), 30, PartitionMethod::uniform, true);
+    expect_agreement(periodic_scene(transfer, {8, 8, 8}, {true, true, true}), 30, PartitionMethod::uniform, true);
+  }
+}
+
+}  // namespace
+}  // namespace bulkley
