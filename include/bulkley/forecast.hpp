@@ -1,0 +1,48 @@
+#pragma once
+// What a scene will need, foretold from the scene alone: `bulkley check`.
+
+#include <string>
+#include <vector>
+
+#include "bulkley/base/parallel.hpp"
+#include "bulkley/scene.hpp"
+#include "bulkley/solver/time_step.hpp"
+
+namespace bulkley {
+
+/// One body at the start of the run. Dimensionless numbers use the largest initial speed U of the body (sqrt(g L) where it
+/// starts at rest) and its size L, the largest side of its bounds; NaN where a number has no meaning for the material.
+struct BodyForecast {
+  std::string name;
+  std::string material;
+  GlobalIndex n_particles = 0;
+  double mass = 0.0;         ///< kg
+  double speed = 0.0;        ///< U, m/s
+  bool at_rest = false;      ///< U is sqrt(g L)
+  double size = 0.0;         ///< L, m
+  double wave_speed = 0.0;   ///< c at rest, m/s
+  double reynolds = 0.0;     ///< rho U^2 / (tau_y + K (U / L)^n)
+  double bingham = 0.0;      ///< tau_y / (K (U / L)^n)
+  double mach = 0.0;         ///< U / c
+};
+
+struct Forecast {
+  std::vector<BodyForecast> bodies;
+  GlobalIndex n_particles = 0;
+  int n_ranks = 1;
+  Int3 process_grid{1, 1, 1};
+  double imbalance = 1.0;             ///< largest over mean particles per rank at the start
+  GlobalIndex largest_share = 0;      ///< particles of the fullest rank
+  double bytes_per_rank = 0.0;        ///< of the fullest rank, without what the libraries take
+  TimeStepLimit limit{};              ///< at the start
+  double n_steps = 0.0;               ///< end time over the step that the limits (or the user) allow at the start
+  std::vector<std::string> warnings;
+};
+
+/// Runs more steps than this are warned of.
+inline constexpr double many_steps = 1e6;
+
+/// Collective; nothing is run.
+Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks);
+
+}  // namespace bulkley

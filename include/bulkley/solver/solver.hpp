@@ -1,0 +1,96 @@
+#pragma once
+// The distributed step: particles, grid and pools of one run, and one time step on them.
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "bulkley/base/log.hpp"
+#include "bulkley/domain/exchange.hpp"
+#include "bulkley/domain/migrate.hpp"
+#include "bulkley/domain/partition.hpp"
+#include "bulkley/kernel/cells.hpp"
+#include "bulkley/kernel/grid_update.hpp"
+#include "bulkley/material/material.hpp"
+#include "bulkley/solver/reduce.hpp"
+#include "bulkley/solver/time_step.hpp"
+
+namespace bulkley {
+
+/// What the step needs to know of a scene.
+struct Physics {
+  GridGeometry grid;
+  TransferSettings transfer;
+  TimeStepSettings time;
+  Vec3 gravity = Vec3::Zero();  ///< m/s^2
+  std::vector<NamedMaterial> materials;
+  Faces faces;
+  std::vector<Collider> colliders;
+};
+
+/// How a step went.
+struct StepReport {
+  TimeStepPlan plan;      ///< the plan that was carried out
+  int n_rejected = 0;     ///< plans judged bad before it
+  StepBounds bounds;      ///< merged over ranks, after the step
+};
+
+/// Owns the particles of this rank and everything that turns them into those of the next time.
+class Solver {
+ public:
+  /// `particles`: any distribution over ranks; they are sent to the workers of their tiles. `bounds`: those a checkpoint
+  /// holds, or none at the start of a run, when they are measured. `comm` must outlive the solver. Collective.
+  Solver(const Comm& comm, Physics physics, Partition partition, ParticleSet particles, std::optional<StepBounds> bounds);
+  ~Solver();
+
+  const Physics& physics() const { return physics_; }
+  const ParticleSet& particles() const { return particles_; }
+  const StepBounds& bounds() const { return bounds_; }
+  const Partition& partition() const { return partition_; }
+  const Grid& grid() const { return grid_; }
+  PhaseTimes& times() { return times_; }
+  const Exchange& exchange() const { return *exchange_; }
+  GlobalIndex n_rebuilds() const { return n_rebuilds_; }
+  /// {v, m} of the owned nodes that the particles as they are give, boundaries applied; zero where no particle reaches.
+  /// Changes no particle. Collective.
+  VecHandle node_values();
+
+  /// Advances by one time step of at most `remaining` seconds. `stop_request` rides on the all-reduce and comes back merged
+  /// in bounds.stop_request. Throws RunError, alike on every rank, when particles fail. Collective.
+  StepReport step(double remaining, int stop_request, TimeStepState& state);
+
+  /// Bytes of particles, pools, grid and work arrays on this rank. Not collective.
+  std::size_t memory() const;
+
+ private:
+  void transfer_to_grid(double dt);
+  bool judge(const TimeStepPlan& plan);
+  void transfer_to_particles(double dt, StepBounds& local);
+  void settle(StepBounds& local);
+  bool settle_locally(StepBounds& local, std::vector<Departure>& departures);
+  void rebuild();
+  void measure_start();
+  [[noreturn]] void report_failure() const;
+
+  const Comm& comm_;
+  Physics physics_;
+  Partition partition_;
+  ParticleSet particles_;
+  StepBounds bounds_;
+  BoundsReduction reduce_;
+  Grid grid_;
+  VecHandle owned_, owned_impulse_;  ///< DMDA vectors; the second only where the transfer needs the velocity change
+  PoolLayout layout_;
+  std::unique_ptr<Exchange> exchange_;
+  std::vector<Node> pool_, impulse_;
+  std::vector<NodeConstraint> constraints_;
+  CellMap map_;
+  std::vector<Stray> strays_;
+  std::vector<LocalIndex> removed_;
+  std::vector<Departure> departures_;
+  PhaseTimes times_;
+  GlobalIndex steps_since_sort_ = 0;
+  GlobalIndex n_rebuilds_ = 0;
+};
+
+}  // namespace bulkley

@@ -1,0 +1,311 @@
+#include "bulkley/simulation.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "bulkley/base/signals.hpp"
+#include "bulkley/config/duration.hpp"
+#include "bulkley/io/checkpoint.hpp"
+#include "bulkley/io/frame.hpp"
+#include "bulkley/io/history.hpp"
+#include "bulkley/io/status.hpp"
+#include "bulkley/io/text_file.hpp"
+#include "bulkley/simulation_setup.hpp"
+#include "bulkley/version.hpp"
+#include "simulation_report.hpp"
+#include "simulation_state.hpp"
+
+namespace bulkley {
+
+namespace {
+
+std::vector<std::string> material_names(const Scene& scene) {
+  std::vector<std::string> names;
+  for (const NamedMaterial& m : scene.materials) names.push_back(m.name);
+  return names;
+}
+
+// Owns one run; the constructor brings it to its first step, `run` to its end.
+class Simulation {
+ public:
+  Simulation(const Comm& comm, const Scene& scene, const RunOptions& options)
+      : comm_(comm), scene_(scene), options_(options) {
+    clock_.start = last_progress_ = last_checkpoint_time_ = MPI_Wtime();
+    prepare_folder();
+    const GlobalIndex restart_step = options_.restart ? restore() : start();
+    clock_.first_step = state_.step;
+    history_ = std::make_unique<History>(comm_, options_.folder, history_columns(), restart_step);
+    frames_ = std::make_unique<FrameSeries>(comm_, options_.folder, restart_step);
+    for (const std::string& warning : frames_->warnings()) warn(warning);
+  }
+
+  RunOutcome run();
+  const SimulationState& state() const { return state_; }
+  const std::string& last_checkpoint() const { return last_checkpoint_; }
+
+ private:
+  void prepare_folder();
+  GlobalIndex start();
+  GlobalIndex restore();
+  void write_start();
+  bool at_end() const;
+  Request request();
+  double next_output() const;
+  void take_step();
+  void write_frame_if_due(bool landed);
+  void write_history(const StepReport* report);
+  void save_checkpoint();
+  bool checkpoint_due(Request request) const;
+  void report_progress(const TimeStepPlan& plan);
+  void finish(RunState state, const std::string& reason);
+  void say(const std::string& text) const {
+    if (!options_.quiet) log_line(comm_, text);
+  }
+  void warn(const std::string& text) const {
+    if (comm_.is_root()) fmt::print(stderr, "warning: {}\n", text);
+  }
+
+  const Comm& comm_;
+  const Scene& scene_;
+  const RunOptions& options_;
+  std::unique_ptr<Solver> solver_;
+  std::unique_ptr<History> history_;
+  std::unique_ptr<FrameSeries> frames_;
+  SimulationState state_;
+  RunClock clock_;
+  StepReport report_;
+  std::string last_checkpoint_;
+  GlobalIndex checkpoint_step_ = -1;      // of the last checkpoint on disk
+  double last_checkpoint_time_ = 0.0;     // MPI_Wtime, root's clock decides
+  double checkpoint_seconds_ = 0.0;       // what the last one took
+  double slowest_step_ = 0.0;             // s, for the wall-time stop
+  double last_progress_ = 0.0;
+  GlobalIndex history_step_ = 0;          // of the last row
+  double history_stepping_ = 0.0;         // clock_.stepping at the last row
+};
+
+// The folder exists, holds no other run, and takes the effective scene.
+void Simulation::prepare_folder() {
+  root_guard(comm_, [&] {
+    namespace fs = std::filesystem;
+    const fs::path folder = options_.folder;
+    std::error_code error;
+    fs::create_directories(folder, error);
+    if (error) throw UsageError(fmt::format("{}: the output folder cannot be made: {}", options_.folder, error.message()));
+    const bool used = fs::exists(folder / "history.csv") || fs::exists(folder / "status.json");
+    if (options_.restart || !used) return;
+    if (!options_.overwrite)
+      throw UsageError(fmt::format(
+          "{}: holds an earlier run; continue it with --restart, replace it with --overwrite, or choose another --out",
+          options_.folder));
+    for (const char* name : {"history.csv", "status.json", "scene.toml"}) remove_file(path_in(options_.folder, name));
+  });
+  if (!options_.restart) remove_checkpoints_after(comm_, options_.folder, -1);
+}
+
+GlobalIndex Simulation::start() {
+  check_bodies(scene_);
+  solver_ = start_solver(comm_, scene_);
+  state_.bounds = solver_->bounds();
+  root_guard(comm_, [&] { write_text_atomically(path_in(options_.folder, "scene.toml"), scene_.effective_text); });
+  return -1;
+}
+
+GlobalIndex Simulation::restore() {
+  std::string file = options_.restart_file;
+  if (file.empty()) {
+    std::vector<std::string> warnings;
+    const auto latest = find_latest_checkpoint(comm_, options_.folder, warnings);
+    for (const std::string& warning : warnings) warn(warning);
+    if (!latest) throw UsageError(fmt::format("{}: there is no whole checkpoint to restart from", options_.folder));
+    file = *latest;
+  }
+  const CheckpointHeader header = read_header(comm_, file);
+  if (header.material_names != material_names(scene_))
+    throw UsageError(fmt::format("{}: its materials are [{}], those of the scene [{}]: this is a checkpoint of another scene", file,
+                                 fmt::join(header.material_names, ", "), fmt::join(material_names(scene_), ", ")));
+  if (header.scene_text != scene_.effective_text)
+    warn(fmt::format("{}: was written by a scene that differs from this one; continuing with this one", file));
+  state_ = load_state(header.step, header.time, header.reals, header.integers);
+
+  // Each rank reads an equal share in the order of the file; then the partition is made, then particles go to their ranks.
+  ParticleSet particles(scene_.transfer.needs_velocity_gradient());
+  const GlobalIndex n = header.n_particles;
+  const GlobalIndex first = n * comm_.rank() / comm_.size(), last = n * (comm_.rank() + 1) / comm_.size();
+  read_checkpoint(comm_, file, first, last - first, particles);
+  Partition partition =
+      make_partition(scene_.grid, scene_.partition, present_load(comm_, scene_.grid, particles), comm_.size());
+  solver_ = std::make_unique<Solver>(comm_, physics_of(scene_), std::move(partition), std::move(particles), state_.bounds);
+  last_checkpoint_ = file;
+  checkpoint_step_ = state_.step;
+  history_step_ = state_.step;
+  remove_checkpoints_after(comm_, options_.folder, state_.step);
+  say(fmt::format("continuing from {} at step {}, t = {:g} s", file, state_.step, state_.time));
+  return state_.step;
+}
+
+bool Simulation::at_end() const {
+  return state_.time >= scene_.time.end_time || (options_.max_steps >= 0 && state_.step >= options_.max_steps);
+}
+
+// What this rank asks for. Times are the root's, so that one clock decides; the step's all-reduce makes it everyone's.
+Request Simulation::request() {
+  Request wanted = pending_request();
+  if (!comm_.is_root()) return wanted;
+  const double now = MPI_Wtime();
+  if (options_.max_walltime > 0.0) {
+    const double reserve = 2.0 * checkpoint_seconds_ + 3.0 * slowest_step_ + 0.01 * options_.max_walltime;
+    if (now - clock_.start + reserve > options_.max_walltime) wanted = Request::stop;
+  }
+  const double interval = scene_.checkpoint.wall_interval;
+  if (interval > 0.0 && now - last_checkpoint_time_ >= interval) wanted = std::max(wanted, Request::checkpoint);
+  return wanted;
+}
+
+double Simulation::next_output() const {
+  const double interval = scene_.output.frame_interval;
+  if (interval <= 0.0) return scene_.time.end_time;
+  return std::min(scene_.time.end_time, static_cast<double>(state_.next_frame) * interval);
+}
+
+void Simulation::take_step() {
+  const double before = MPI_Wtime();
+  const double target = next_output();
+  report_ = solver_->step(target - state_.time, static_cast<int>(request()), state_.controller);
+  ++state_.step;
+  state_.time = report_.plan.lands ? target : state_.time + report_.plan.dt;
+  state_.last_step = report_.plan.dt;
+  state_.bounds = report_.bounds;
+  state_.n_removed += report_.bounds.n_removed;
+  const double seconds = MPI_Wtime() - before;
+  clock_.stepping += seconds;
+  clock_.particle_steps += static_cast<double>(report_.bounds.n_particles);
+  slowest_step_ = std::max(slowest_step_, seconds);
+}
+
+void Simulation::write_frame_if_due(bool landed) {
+  const double interval = scene_.output.frame_interval;
+  if (interval <= 0.0 || !landed || state_.time < static_cast<double>(state_.next_frame) * interval) return;
+  const double before = MPI_Wtime();
+  FrameInfo info{state_.next_frame, state_.step, state_.time, 0};
+  if (scene_.output.grid) {
+    const VecHandle values = solver_->node_values();
+    const PetscScalar* data = nullptr;
+    BULKLEY_PETSC(VecGetArrayRead(values.get(), &data));
+    const Grid& grid = solver_->grid();
+    const GridNodes nodes{grid.geometry(), grid.first(), grid.count(),
+                          {reinterpret_cast<const Node*>(data), static_cast<std::size_t>(grid.n_owned())}};
+    write_frame(comm_, options_.folder, info, solver_->particles(), scene_.materials, scene_.output, &nodes);
+    BULKLEY_PETSC(VecRestoreArrayRead(values.get(), &data));
+  } else {
+    write_frame(comm_, options_.folder, info, solver_->particles(), scene_.materials, scene_.output, nullptr);
+  }
+  frames_->add(comm_, state_.next_frame);
+  ++state_.next_frame;
+  clock_.output += MPI_Wtime() - before;
+}
+
+void Simulation::write_history(const StepReport* report) {
+  const double before = MPI_Wtime();
+  const Diagnostics diagnostics = diagnose(comm_, scene_.grid, scene_.transfer, scene_.gravity, scene_.materials,
+                                           solver_->particles());
+  const auto steps = static_cast<double>(std::max<GlobalIndex>(state_.step - history_step_, 1));
+  const double seconds_per_step = (clock_.stepping - history_stepping_) / steps;
+  history_->write(comm_, history_row(state_, report, diagnostics, comm_.size(), seconds_per_step));
+  history_step_ = state_.step;
+  history_stepping_ = clock_.stepping;
+  clock_.output += MPI_Wtime() - before;
+}
+
+bool Simulation::checkpoint_due(Request request) const {
+  const GlobalIndex interval = scene_.checkpoint.step_interval;
+  return request == Request::checkpoint || (interval > 0 && state_.step % interval == 0);
+}
+
+void Simulation::save_checkpoint() {
+  if (checkpoint_step_ == state_.step) return;
+  const double before = MPI_Wtime();
+  CheckpointHeader header;
+  header.step = state_.step;
+  header.time = state_.time;
+  header.scene_text = scene_.effective_text;
+  header.code_version = fmt::format("{} ({})", version, git_commit);
+  save_state(state_, header.reals, header.integers);
+  const std::vector<std::string> names = material_names(scene_);
+  write_checkpoint(comm_, options_.folder, header, solver_->particles(), names, scene_.checkpoint.keep);
+  last_checkpoint_ = checkpoint_path(options_.folder, state_.step);
+  checkpoint_step_ = state_.step;
+  last_checkpoint_time_ = MPI_Wtime();
+  checkpoint_seconds_ = last_checkpoint_time_ - before;
+  clock_.output += checkpoint_seconds_;
+  write_status(comm_, options_.folder, {RunState::running, state_.step, state_.time, last_checkpoint_, ""});
+}
+
+void Simulation::report_progress(const TimeStepPlan& plan) {
+  const double now = MPI_Wtime();
+  if (now - last_progress_ < scene_.output.progress_interval) return;
+  last_progress_ = now;
+  say(progress_line(state_, plan, scene_.time.end_time, clock_, comm_.size()));
+}
+
+void Simulation::finish(RunState state, const std::string& reason) {
+  write_status(comm_, options_.folder, {state, state_.step, state_.time, last_checkpoint_, reason});
+  const std::string summary = run_summary(comm_, state_, clock_, solver_->times());
+  say(summary);
+  say(fmt::format("{}: {}", name(state), reason));
+}
+
+void Simulation::write_start() {
+  say(fmt::format("{}: {} particles, {} x {} x {} cells of {:g} m, {} ranks ({} x {} x {}), output in {}",
+                  scene_.title.empty() ? "run" : scene_.title, state_.bounds.n_particles, scene_.grid.n_cells[0],
+                  scene_.grid.n_cells[1], scene_.grid.n_cells[2], scene_.grid.cell_size, comm_.size(),
+                  solver_->partition().n_ranks[0], solver_->partition().n_ranks[1], solver_->partition().n_ranks[2],
+                  options_.folder));
+  write_status(comm_, options_.folder, {RunState::running, state_.step, state_.time, last_checkpoint_, ""});
+  if (options_.restart) return;
+  write_frame_if_due(true);
+  write_history(nullptr);
+}
+
+RunOutcome Simulation::run() {
+  write_start();
+  while (!at_end()) {
+    take_step();
+    write_frame_if_due(report_.plan.lands);
+    if (state_.step % scene_.output.history_interval == 0 || state_.time >= scene_.time.end_time) write_history(&report_);
+    report_progress(report_.plan);
+    const auto asked = static_cast<Request>(report_.bounds.stop_request);
+    if (asked == Request::stop && !at_end()) {
+      save_checkpoint();
+      finish(RunState::stopped, fmt::format("on request at step {}; continue with: bulkley run ... --out {} --restart", state_.step,
+                                    options_.folder));
+      return RunOutcome::stopped;
+    }
+    if (checkpoint_due(asked)) save_checkpoint();
+  }
+  if (scene_.checkpoint.at_end || options_.max_steps >= 0) save_checkpoint();
+  finish(RunState::finished, state_.time >= scene_.time.end_time ? std::string("reached the end time")
+                                                                : fmt::format("reached step {} (--max-steps)", state_.step));
+  return RunOutcome::finished;
+}
+
+}  // namespace
+
+RunOutcome run_simulation(const Comm& comm, const Scene& scene, const RunOptions& options) {
+  Simulation simulation(comm, scene, options);
+  try {
+    return simulation.run();
+  } catch (const RunError& error) {  // alike on every rank
+    const std::string& checkpoint = simulation.last_checkpoint();
+    const std::string text = fmt::format(
+        "step {}, t = {:g} s: {}; {}", simulation.state().step + 1, simulation.state().time, error.what(),
+        checkpoint.empty() ? "there is no checkpoint yet" : "the last good checkpoint is " + checkpoint);
+    write_status(comm, options.folder, {RunState::failed, simulation.state().step, simulation.state().time, checkpoint, text});
+    throw RunError(text);
+  }
+}
+
+}  // namespace bulkley

@@ -1,0 +1,139 @@
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "bulkley/forecast.hpp"
+#include "bulkley/simulation_setup.hpp"
+
+namespace bulkley {
+
+namespace {
+
+constexpr double undefined = std::numeric_limits<double>::quiet_NaN();
+
+State<double> rest_state() { return {{{1.0, 1.0, 1.0, 0.0, 0.0, 0.0}}, 1.0}; }
+
+double wave_speed_at_rest(const Material& material) {
+  return std::visit([](const auto& law) { return std::sqrt(law.wave_speed_squared(rest_state())); }, material);
+}
+
+// Stress at shear rate U / L and what is yield stress of it; only fluids have either.
+struct FlowStress {
+  double total = undefined, yield = undefined;
+};
+FlowStress flow_stress(const Material& material, double shear_rate) {
+  const auto* fluid = std::get_if<HerschelBulkley>(&material);
+  if (!fluid) return {};
+  const ShearRheometerConstants c = shear_rheometer_constants(fluid->parameters);
+  return {c.yield_stress + c.consistency * std::pow(shear_rate, c.flow_index), c.yield_stress};
+}
+
+BodyForecast body_forecast(const Comm& comm, const Scene& scene, const Body& body) {
+  BodyForecast f;
+  f.name = body.name;
+  f.material = body.material;
+  Scene alone = scene;
+  alone.bodies = {body};
+  for (const GlobalIndex n : seeded_load(comm, alone)) f.n_particles += n;
+  const double dx = scene.grid.cell_size;
+  f.mass = static_cast<double>(f.n_particles) * body.density * dx * dx * dx / body.particles_per_cell;
+
+  const Bounds box = bounds(body.shape);
+  f.size = (box.upper - box.lower).maxCoeff();
+  // Fastest corner of the bounds.
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3 x((corner & 1 ? box.upper : box.lower)[0], (corner & 2 ? box.upper : box.lower)[1],
+                 (corner & 4 ? box.upper : box.lower)[2]);
+    f.speed = std::max(f.speed, (body.velocity + body.angular_velocity.cross(x - body.center)).norm());
+  }
+  f.at_rest = f.speed == 0.0;
+  const double u = f.at_rest ? std::sqrt(scene.gravity.norm() * f.size) : f.speed;
+  const Material& material = scene.materials[body.material_index].material;
+  const FlowStress stress = flow_stress(material, u / f.size);
+  f.wave_speed = wave_speed_at_rest(material);
+  f.reynolds = body.density * u * u / stress.total;
+  f.bingham = stress.yield / (stress.total - stress.yield);
+  f.mach = u / f.wave_speed;
+  if (f.at_rest) f.speed = u;
+  return f;
+}
+
+// Bytes on the fullest rank: particles with their work arrays, owned nodes, pool nodes, and the tables over all tiles.
+double memory_estimate(const Scene& scene, const Partition& partition, std::span<const GlobalIndex> load, int n_ranks) {
+  const ParticleSet sample(scene.transfer.needs_velocity_gradient());
+  // Particles, one column of scratch for sorting, cell and order of each.
+  const double per_particle = static_cast<double>(sample.bytes_per_particle()) + 8.0 + 2.0 * sizeof(LocalIndex);
+  const double vectors = scene.transfer.flip_fraction() > 0.0 ? 2.0 : 1.0;
+  const double footprint = std::pow(footprint_width(scene.grid.order), 2);
+  std::vector<double> bytes(static_cast<std::size_t>(n_ranks), 0.0);
+  for (std::size_t tile = 0; tile < load.size(); ++tile) {
+    if (load[tile] == 0) continue;
+    // A tile's own nodes and about half a layer more on each side; the counters of its cells; its row offsets.
+    const double nodes = std::pow(tile_width + 1.0, 3);
+    bytes[static_cast<std::size_t>(partition.worker[tile])] += per_particle * static_cast<double>(load[tile]) +
+                                                               vectors * sizeof(Node) * nodes +
+                                                               sizeof(LocalIndex) * (tile_nodes + footprint);
+  }
+  double owned = 1.0;
+  for (int a = 0; a < 3; ++a) owned *= *std::max_element(partition.nodes[a].begin(), partition.nodes[a].end());
+  const double tables = static_cast<double>(load.size()) * (sizeof(std::int32_t) + sizeof(GlobalIndex));
+  return *std::max_element(bytes.begin(), bytes.end()) + vectors * sizeof(Node) * owned + tables;
+}
+
+}  // namespace
+
+Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks) {
+  Forecast f;
+  f.n_ranks = n_ranks;
+  StepBounds start;
+  for (const Body& body : scene.bodies) {
+    f.bodies.push_back(body_forecast(comm, scene, body));
+    const BodyForecast& b = f.bodies.back();
+    if (!b.at_rest) start.speed.include(b.speed, 0);
+    start.wave_speed.include(b.wave_speed, 0);
+    if (b.mach > 0.3)
+      f.warnings.push_back(fmt::format(
+          "body '{}' moves at Mach {:.2f}: impacts will compress it noticeably; a larger bulk_modulus makes it stiffer", b.name,
+          b.mach));
+  }
+  const std::vector<GlobalIndex> load = seeded_load(comm, scene);
+  const Partition partition = make_partition(scene.grid, scene.partition, load, n_ranks);
+  f.process_grid = partition.n_ranks;
+  std::vector<GlobalIndex> share(static_cast<std::size_t>(n_ranks), 0);
+  for (std::size_t tile = 0; tile < load.size(); ++tile) {
+    share[static_cast<std::size_t>(partition.worker[tile])] += load[tile];
+    f.n_particles += load[tile];
+  }
+  f.largest_share = *std::max_element(share.begin(), share.end());
+  f.imbalance = imbalance(partition, load, n_ranks);
+  f.bytes_per_rank = memory_estimate(scene, partition, load, n_ranks);
+
+  f.limit = time_step_limit(scene.time, scene.grid.cell_size, start);
+  double dt = f.limit.dt;
+  if (scene.time.mode == TimeStepMode::fixed) {
+    if (scene.time.fixed_step > dt) {
+      const std::string text = fmt::format("the fixed time step of {:.6g} s is above the {} limit of {:.6g} s at the start",
+                                           scene.time.fixed_step, name(f.limit.limiter), dt);
+      if (!scene.time.allow_unstable) throw UsageError(text + "; choose a smaller time.step, mode = \"adaptive\", or allow_unstable = true");
+      f.warnings.push_back(text);
+    }
+    dt = scene.time.fixed_step;
+    f.limit = {dt, Limiter::fixed, -1};
+  }
+  f.n_steps = std::ceil(scene.time.end_time / dt);
+  if (f.n_steps > many_steps)
+    f.warnings.push_back(fmt::format(
+        "the run needs about {:.2g} steps (more than {:.0g}), because the stiffest material has a wave speed of {:.4g} m/s; a "
+        "smaller bulk_modulus is enough while the Mach number stays below 0.1",
+        f.n_steps, many_steps, start.wave_speed.value));
+  if (n_ranks > 1 && f.largest_share > 0 && *std::min_element(share.begin(), share.end()) == 0)
+    f.warnings.push_back(fmt::format("{} of {} ranks start without particles", std::count(share.begin(), share.end(), 0), n_ranks));
+  return f;
+}
+
+}  // namespace bulkley

@@ -1,0 +1,76 @@
+#include "simulation_state.hpp"
+
+#include <fmt/format.h>
+
+#include "bulkley/base/error.hpp"
+
+namespace bulkley {
+
+namespace {
+
+// One list of names serves both directions: `visit(name, number)` for every member, double or integer.
+template <class State, class Visit>
+void for_each_number(State& state, Visit visit) {
+  visit("next_frame", state.next_frame);
+  visit("n_removed", state.n_removed);
+  visit("last_step", state.last_step);
+
+  auto& c = state.controller;
+  visit("controller.stable_step", c.stable_step);
+  visit("controller.first_limit", c.first_limit);
+  visit("controller.wait", c.wait);
+  visit("controller.since_trial", c.since_trial);
+  visit("controller.n_steps", c.n_steps);
+  visit("controller.n_trials", c.n_trials);
+  visit("controller.n_accepted", c.n_accepted);
+  visit("controller.n_rejected", c.n_rejected);
+  visit("controller.n_unchecked_large", c.n_unchecked_large);
+
+  auto& b = state.bounds;
+  visit("bounds.speed", b.speed.value);
+  visit("bounds.speed_id", b.speed.id);
+  visit("bounds.wave_speed", b.wave_speed.value);
+  visit("bounds.wave_speed_id", b.wave_speed.id);
+  visit("bounds.velocity_gradient", b.velocity_gradient.value);
+  visit("bounds.velocity_gradient_id", b.velocity_gradient.id);
+  visit("bounds.mass", b.mass);
+  visit("bounds.momentum", b.momentum);
+  visit("bounds.stress_volume", b.stress_volume);
+  visit("bounds.cell_count", b.cell_count);
+  visit("bounds.smallest_volume_ratio", b.smallest_volume_ratio);
+  visit("bounds.largest_volume_ratio", b.largest_volume_ratio);
+  visit("bounds.n_particles", b.n_particles);
+}
+
+template <class Number>
+Number find_number(const std::map<std::string, Number>& numbers, const std::string& name) {
+  const auto found = numbers.find(name);
+  if (found == numbers.end()) throw RunError(fmt::format("the checkpoint does not hold '{}'", name));
+  return found->second;
+}
+
+}  // namespace
+
+void save_state(const SimulationState& state, Reals& reals, Integers& integers) {
+  for_each_number(state, [&]<class Number>(const char* name, const Number& number) {
+    if constexpr (std::is_same_v<Number, double>)
+      reals[name] = number;
+    else
+      integers[name] = number;
+  });
+}
+
+SimulationState load_state(GlobalIndex step, double time, const Reals& reals, const Integers& integers) {
+  SimulationState state;
+  state.step = step;
+  state.time = time;
+  for_each_number(state, [&]<class Number>(const char* name, Number& number) {
+    if constexpr (std::is_same_v<Number, double>)
+      number = find_number(reals, name);
+    else
+      number = find_number(integers, name);
+  });
+  return state;
+}
+
+}  // namespace bulkley

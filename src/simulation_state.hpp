@@ -1,0 +1,31 @@
+#pragma once
+// What a run must remember beside its particles, and how it travels through a checkpoint.
+
+#include <map>
+#include <string>
+
+#include "bulkley/kernel/step_bounds.hpp"
+#include "bulkley/solver/time_step.hpp"
+
+namespace bulkley {
+
+struct SimulationState {
+  GlobalIndex step = 0;
+  double time = 0.0;            ///< s
+  GlobalIndex next_frame = 0;   ///< number of the next frame to write
+  GlobalIndex n_removed = 0;    ///< particles that left through outflow faces so far
+  double last_step = 0.0;       ///< s, the time step taken last
+  TimeStepState controller;
+  StepBounds bounds;
+};
+
+using Reals = std::map<std::string, double>;
+using Integers = std::map<std::string, GlobalIndex>;
+
+/// Every number of `state` but step and time by name, doubles bit for bit.
+void save_state(const SimulationState& state, Reals& reals, Integers& integers);
+
+/// The inverse. Throws RunError naming the first number that is missing.
+SimulationState load_state(GlobalIndex step, double time, const Reals& reals, const Integers& integers);
+
+}  // namespace bulkley
