@@ -1,0 +1,112 @@
+// The program: sets up MPI and PETSc, hands over to a subcommand, and turns errors into exit codes.
+
+#include <fmt/format.h>
+#include <petscsys.h>
+
+#include <cstring>
+
+#include "bulkley/base/petsc.hpp"
+#include "bulkley/base/signals.hpp"
+#include "commands.hpp"
+#include "version.hpp"
+
+namespace {
+
+using namespace bulkley;
+
+void abort_on_broken_invariant(const char* expression, const char* file, int line) {
+  abort_all_ranks(fmt::format("internal error: '{}' is false", expression), file, line);
+}
+
+// Prints CLI11's help or error on the root; every rank returns the same code.
+ExitCode report_parse(const Comm& comm, const CLI::App& app, const CLI::ParseError& error) {
+  const bool wanted = error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success);
+  if (comm.is_root()) {
+    if (wanted)
+      app.exit(error);
+    else
+      fmt::print(stderr, "bulkley: {}\nRun 'bulkley --help' for the commands.\n", error.what());
+  }
+  return wanted ? ExitCode::finished : ExitCode::usage;
+}
+
+ExitCode run_program(const Comm& comm, int argc, char** argv) {
+  CLI::App app("Bulkley: Material Point Method for non-Newtonian fluids and soft solids, on any number of ranks.\n"
+               "PETSc options may follow after '--'.",
+               "bulkley");
+  app.require_subcommand(1);
+  app.set_version_flag("--version", version_text());
+  struct Entry {
+    CLI::App* app;
+    Command command;
+  };
+  std::vector<Entry> entries;
+  auto add = [&](const char* name, const char* text, Command (*declare)(CLI::App&)) {
+    CLI::App* sub = app.add_subcommand(name, text);
+    entries.push_back({sub, declare(*sub)});
+  };
+  add("run", "run a scene", add_run);
+  add("check", "validate a scene and predict its run, without running it", add_check);
+  add("info", "say what a checkpoint or frame holds and verify its checksums", add_info);
+  add("compare", "compare the particles of two checkpoints", add_compare);
+  add("bench", "time the phases of a step on a fixed scene", add_bench);
+  add("input-reference", "print the reference page of the scene file", add_input_reference);
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return report_parse(comm, app, error);
+  }
+  for (const Entry& entry : entries)
+    if (entry.app->parsed()) return entry.command(comm);
+  return ExitCode::usage;
+}
+
+// Errors that reach this point were thrown alike on every rank.
+ExitCode guarded(const Comm& comm, int argc, char** argv) {
+  try {
+    return run_program(comm, argc, argv);
+  } catch (const UsageError& error) {
+    if (comm.is_root()) fmt::print(stderr, "{}\n", error.what());
+    return ExitCode::usage;
+  } catch (const RunError& error) {
+    if (comm.is_root()) fmt::print(stderr, "bulkley: {}\n", error.what());
+    return ExitCode::failed;
+  } catch (const std::exception& error) {
+    // Not one of our kinds: it may have been thrown on this rank alone, so the others must not be left waiting.
+    abort_all_ranks(error.what(), __FILE__, __LINE__);
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  // Ours stand before "--", PETSc's after it.
+  int n_ours = argc;
+  for (int k = 1; k < argc; ++k)
+    if (std::strcmp(argv[k], "--") == 0) {
+      n_ours = k;
+      break;
+    }
+  std::vector<char*> petsc_arguments{argv[0]};
+  std::string no_handler = "-no_signal_handler";
+  petsc_arguments.push_back(no_handler.data());
+  for (int k = n_ours + 1; k < argc; ++k) petsc_arguments.push_back(argv[k]);
+  petsc_arguments.push_back(nullptr);
+  int petsc_count = static_cast<int>(petsc_arguments.size()) - 1;
+  char** petsc_argv = petsc_arguments.data();
+
+  if (PetscInitialize(&petsc_count, &petsc_argv, nullptr, nullptr) != 0) {
+    std::fputs("bulkley: PETSc could not be initialised\n", stderr);
+    return static_cast<int>(ExitCode::failed);
+  }
+  assert_handler = abort_on_broken_invariant;
+  watch_signals();
+  ExitCode code;
+  {
+    const Comm comm(MPI_COMM_WORLD);
+    code = guarded(comm, n_ours, argv);
+  }
+  BULKLEY_PETSC(PetscFinalize());
+  return static_cast<int>(code);
+}
