@@ -1,0 +1,120 @@
+"""The failure cases: what is spoilt, and the exit code and sentence that must follow.
+
+A case edits the text of base.toml (`replace`: old -> new, `append`: lines at the end), or runs other arguments, or spoils
+files first (`prepare`). In arguments {scene} is the scene file; `sentence` is a regular expression for the output.
+"""
+
+from dataclasses import dataclass, field
+from typing import Callable, Optional
+
+RUN = ["run", "{scene}", "--out", "out"]
+USAGE, FAILED = 2, 3
+
+
+@dataclass
+class Case:
+    name: str
+    code: int
+    sentence: str
+    replace: dict = field(default_factory=dict)
+    append: str = ""
+    arguments: list = field(default_factory=lambda: RUN)
+    prepare: Optional[Callable] = None  # prepare(folder, program, scene): before the run that must fail
+    ranks: tuple = (1, 4)
+    limit: float = 20.0  # s; a run that takes longer counts as hanging
+
+
+def whole_run(folder, program, scene):
+    """A run to step 5 that leaves a good checkpoint in out/."""
+    outcome = program.run(["run", scene, "--out", "out", "--max-steps", "5"], 2, folder, 60)
+    assert outcome.code == 0, outcome.text
+    return folder / "out" / "checkpoint_000000005.h5"
+
+
+def flip_byte(folder, program, scene):
+    file = whole_run(folder, program, scene)
+    data = bytearray(file.read_bytes())
+    # In the middle of a particle field: the largest datasets make up most of the file.
+    data[len(data) // 2] ^= 0x10
+    file.write_bytes(data)
+
+
+def truncate(folder, program, scene):
+    file = whole_run(folder, program, scene)
+    file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
+
+
+def replace_by_text(folder, program, scene):
+    whole_run(folder, program, scene).write_text("not a checkpoint\n", encoding="utf-8")
+
+
+def foreign_hdf5(folder, program, scene):
+    import h5py
+    with h5py.File(whole_run(folder, program, scene), "w") as file:
+        file["x"] = [1.0, 2.0]
+
+
+def too_new(folder, program, scene):
+    import h5py
+    with h5py.File(whole_run(folder, program, scene), "r+") as file:
+        file.attrs["format_version"] = file.attrs["format_version"] + 1
+
+
+def out_is_a_file(folder, program, scene):
+    (folder / "out").write_text("", encoding="utf-8")
+
+
+RESTART = ["run", "{scene}", "--out", "out", "--restart"]
+RESTART_FILE = ["run", "{scene}", "--out", "out", "--restart", "out/checkpoint_000000005.h5"]
+INFO = ["info", "out/checkpoint_000000005.h5"]
+
+CASES = [
+    # The scene file
+    Case("unknown_key", USAGE, r"scene\.toml:12:1: .*density_.*did you mean 'density'",
+         replace={"density = 200.0": "density_ = 200.0"}),
+    Case("unknown_table", USAGE, r"scene\.toml:\d+:\d+: .*gravty.*did you mean 'gravity'", replace={'title = "ball"': "gravty = [0, 0, -9.81]"}),
+    Case("repeated_key", USAGE, r"scene\.toml:13:\d+: .*density", replace={"density = 200.0": "density = 200.0\ndensity = 300.0"}),
+    Case("missing_key", USAGE, r"scene\.toml:\d+:\d+: .*cell_size.*missing", replace={"cell_size = 0.01": ""}),
+    Case("mistyped_value", USAGE, r"scene\.toml:7:\d+: .*cell_size.*number", replace={"cell_size = 0.01": 'cell_size = "small"'}),
+    Case("out_of_range", USAGE, r"scene\.toml:12:\d+: .*density.*-200", replace={"density = 200.0": "density = -200.0"}),
+    Case("not_a_number", USAGE, r"scene\.toml:12:\d+: .*density.*nan", replace={"density = 200.0": "density = nan"}),
+    Case("broken_toml", USAGE, r"scene\.toml:5:\d+: ", replace={"lower = [0.0, 0.0, 0.0]": "lower = [0.0, 0.0"}),
+    Case("two_conventions", USAGE, r"scene\.toml:\d+:\d+: .*yield_stress", replace={"sigma_Y = 31.9": "yield_stress = 18.4"}),
+    Case("unknown_material", USAGE, r"scene\.toml:\d+:\d+: .*fluit.*'fluid'", replace={'material = "fluid"': 'material = "fluit"'}),
+    Case("body_outside", USAGE, r"ball.*outside", replace={"center = [0.08, 0.08, 0.05]": "center = [0.08, 0.08, 0.02]"}),
+    Case("bodies_overlap", USAGE, r"(?s)ball.*overlap|overlap.*ball", append="""
+[[bodies]]
+name = "second"
+material = "fluid"
+shape = { type = "box", lower = [0.05, 0.05, 0.07], upper = [0.1, 0.1, 0.1] }
+particles_per_cell = 8
+"""),
+    Case("fixed_step_above_limit", USAGE, r"fixed.*step.*limit", replace={"end = 0.01": 'end = 0.01\nmode = "fixed"\nstep = 0.005'}),
+
+    # The command line
+    Case("unknown_subcommand", USAGE, r"bend", arguments=["bend", "{scene}"]),
+    Case("no_subcommand", USAGE, r"subcommand", arguments=[]),
+    Case("unknown_option", USAGE, r"--outt", arguments=["run", "{scene}", "--outt", "out"]),
+    Case("missing_scene", USAGE, r"absent\.toml", arguments=["run", "absent.toml", "--out", "out"]),
+    Case("override_of_unknown_key", USAGE, r"time\.ent.*did you mean 'end'", arguments=[*RUN, "--set", "time.ent=1"]),
+    Case("too_many_ranks", USAGE, r"too few", ranks=(4,), replace={
+        "upper = [0.16, 0.16, 0.16]": "upper = [0.04, 0.04, 0.04]",
+        "shape = { type = \"sphere\", center = [0.08, 0.08, 0.05], radius = 0.03 }":
+            "shape = { type = \"sphere\", center = [0.02, 0.02, 0.02], radius = 0.015 }",
+    }, append='[boundaries]\nx_lower = "periodic"\nx_upper = "periodic"\ny_lower = "periodic"\ny_upper = "periodic"\n'
+              'z_lower = "periodic"\nz_upper = "periodic"\n'),
+    Case("out_is_a_file", FAILED, r"out", prepare=out_is_a_file),
+
+    # Restart
+    Case("restart_without_checkpoint", USAGE, r"no checkpoint", arguments=RESTART),
+    Case("restart_flipped_byte", FAILED, r"checkpoint_000000005\.h5.*checksum", prepare=flip_byte, arguments=RESTART_FILE),
+    Case("restart_truncated", FAILED, r"checkpoint_000000005\.h5", prepare=truncate, arguments=RESTART_FILE),
+    Case("restart_text_file", FAILED, r"checkpoint_000000005\.h5.*HDF5", prepare=replace_by_text, arguments=RESTART_FILE),
+    Case("restart_foreign_hdf5", FAILED, r"checkpoint_000000005\.h5", prepare=foreign_hdf5, arguments=RESTART_FILE),
+    Case("restart_too_new", FAILED, r"checkpoint_000000005\.h5.*newer", prepare=too_new, arguments=RESTART_FILE),
+    Case("info_flipped_byte", FAILED, r"checkpoint_000000005\.h5.*checksum", prepare=flip_byte, arguments=INFO),
+
+    # The run itself: on four ranks the particle leaves from one of them
+    Case("escaping_particle", FAILED, r"particle \d+ .*left the domain",
+         replace={"velocity = [0.0, 0.0, -1.0]": "velocity = [20.0, 0.0, 0.0]"}, append='[boundaries]\nx_upper = "open"\n'),
+]

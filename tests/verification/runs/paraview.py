@@ -1,0 +1,35 @@
+#!/usr/bin/env python3
+"""A whole run opened by the real ParaView: particle counts, bounds, times and field names through both of its readers."""
+
+import pathlib
+import shutil
+import subprocess
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "support"))
+from bulkley_program import Program, fail, parse_arguments  # noqa: E402
+
+SCENE = pathlib.Path(__file__).resolve().with_name("splash.toml")
+ROOT = pathlib.Path(__file__).resolve().parents[3]
+
+
+def main():
+    arguments = parse_arguments(__doc__, lambda p: p.add_argument("--pvpython", required=True))
+    program = Program(arguments.program, arguments.mpiexec)
+    work = pathlib.Path(arguments.work)
+    shutil.rmtree(work, ignore_errors=True)
+    work.mkdir(parents=True)
+
+    run = program.run(["run", str(SCENE), "--out", "run", "--set", "time.end=0.02", "--set", "output.grid=true"], 3, work, 120)
+    if run.code != 0:
+        fail(f"the run ended with {run.code}", run)
+    if len(list((work / "run").glob("frame_*.h5"))) != 5:
+        fail("0.02 s with a frame every 0.005 s make five frames, the one at the start included")
+    check = subprocess.run([arguments.pvpython, str(ROOT / "drivers/paraview/check_output.py"), "--run", str(work / "run")],
+                           stdin=subprocess.DEVNULL, timeout=120, check=False)
+    if check.returncode != 0:
+        fail(f"check_output.py ended with {check.returncode}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,55 @@
+#!/usr/bin/env python3
+"""A run interrupted at three different steps and restarted on other rank counts equals the uninterrupted one, bit for bit."""
+
+import csv
+import pathlib
+import shutil
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "support"))
+from bulkley_program import Program, fail, parse_arguments  # noqa: E402
+
+SCENE = pathlib.Path(__file__).resolve().with_name("splash.toml")
+STEPS = 200
+# (step of the interruption, ranks before, ranks after)
+INTERRUPTIONS = ((37, 3, 2), (90, 1, 4), (151, 4, 3))
+
+
+def checkpoint(step):
+    return f"checkpoint_{step:09d}.h5"
+
+
+def steps_of_history(folder):
+    with open(folder / "history.csv", newline="", encoding="utf-8") as file:
+        return [int(row[0]) for row in list(csv.reader(file))[1:]]
+
+
+def main():
+    arguments = parse_arguments(__doc__)
+    program = Program(arguments.program, arguments.mpiexec)
+    work = pathlib.Path(arguments.work)
+    shutil.rmtree(work, ignore_errors=True)
+    work.mkdir(parents=True)
+
+    def run(out, ranks, max_steps, *more):
+        outcome = program.run(["run", str(SCENE), "--out", out, "--max-steps", str(max_steps), *more], ranks, work, 120)
+        if outcome.code != 0:
+            fail(f"the run in {out} to step {max_steps} on {ranks} ranks ended with {outcome.code}", outcome)
+
+    run("whole", 2, STEPS)
+    for step, before, after in INTERRUPTIONS:
+        out = f"parted{step}"
+        run(out, before, step)
+        if not (work / out / checkpoint(step)).exists():
+            fail(f"no checkpoint at step {step}")
+        run(out, after, STEPS, "--restart")
+        compare = program.run(["compare", f"whole/{checkpoint(STEPS)}", f"{out}/{checkpoint(STEPS)}"], 1, work, 60)
+        if compare.code != 0 or "identical" not in compare.text:
+            fail(f"interrupted at step {step} on {before} ranks, restarted on {after}: different", compare)
+        if steps_of_history(work / out) != steps_of_history(work / "whole"):
+            fail(f"history.csv of the run interrupted at step {step} does not have the rows of the whole run")
+        print(f"interrupted at step {step} on {before} ranks, restarted on {after}: identical")
+
+
+if __name__ == "__main__":
+    main()
