@@ -43,7 +43,7 @@ Scene bench_scene(const Arguments& a) {
   scene.title = "bench";
   const double volume = 4.0 / 3.0 * M_PI * std::pow(radius_in_box, 3);
   const int n = static_cast<int>(std::lround(std::cbrt(static_cast<double>(a.n_particles) / (particles_per_cell * volume))));
-  if (n < 8) throw UsageError("--particles: too few; at least about 1000");
+  if (n < 18) throw UsageError(fmt::format("--particles {}: too few, at least 11500 are needed", a.n_particles));
   scene.grid.n_cells = {n, n, n};
   scene.grid.cell_size = 1.0 / n;
   scene.transfer.scheme = a.scheme == "apic"    ? TransferScheme::apic
@@ -169,7 +169,7 @@ std::string json(const Comm& comm, const Arguments& a, const Result& r) {
 
 Command add_bench(CLI::App& app) {
   auto a = std::make_shared<Arguments>();
-  app.add_option("--particles", a->n_particles, "about how many, 8 per cell")->check(CLI::Range(1000, 2'000'000'000))->capture_default_str();
+  app.add_option("--particles", a->n_particles, "about how many, 8 per cell")->check(CLI::Range(11500, 2'000'000'000))->capture_default_str();
   app.add_option("--material", a->material, "neo_hookean or a preset: cream, pie, oobleck")->capture_default_str();
   app.add_option("--steps", a->n_steps, "steps to time, in blocks of 10")->check(CLI::Range(10, 1000000))->capture_default_str();
   app.add_option("--scheme", a->scheme)->check(CLI::IsMember({"apic", "pic", "flip", "blend"}))->capture_default_str();

@@ -28,7 +28,7 @@ Command add_compare(CLI::App& app) {
     const Comparison comparison = compare_checkpoints(comm, a, b);
     GlobalIndex equal = comparison.identical ? 1 : 0;
     if (comm.is_root()) {
-      fmt::print("{}\n", comparison_text(comparison));
+      fmt::print("{}", comparison_text(comparison));
       if (!comparison.identical && arguments->tolerance >= 0.0 && within(comparison, arguments->tolerance)) {
         fmt::print("within the tolerance of {:g}\n", arguments->tolerance);
         equal = 1;

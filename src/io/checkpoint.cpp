@@ -100,7 +100,7 @@ void write_sidecar(const std::string& folder, GlobalIndex step, GlobalIndex n_pa
   if (n_particles == 0)
     remove_file(sidecar);  // nothing to see, and ParaView refuses an empty set
   else
-    write_text_atomically(sidecar, xdmf_document(xdmf_particles(Hdf5Reader(checkpoint_path(folder, step)))));
+    write_text_atomically(sidecar, xdmf_series(std::vector{xdmf_particles(Hdf5Reader(checkpoint_path(folder, step)))}));
 }
 
 void remove_checkpoint(const std::string& folder, const std::string& name) {

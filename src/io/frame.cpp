@@ -30,7 +30,7 @@ void write_sidecar(const std::string& file, GlobalIndex n_particles) {
   if (n_particles == 0)
     remove_file(sidecar_of(file));  // an older one may name arrays that are gone
   else
-    write_text_atomically(sidecar_of(file), xdmf_document(xdmf_particles(Hdf5Reader(file))));
+    write_text_atomically(sidecar_of(file), xdmf_series(std::vector{xdmf_particles(Hdf5Reader(file))}));
 }
 
 std::vector<std::string> names_of(std::span<const NamedMaterial> materials) {

@@ -100,7 +100,6 @@ std::string series_document(const char* name, std::span<const Moment> series) {
 
 }  // namespace
 
-std::string xdmf_document(const XdmfParticles& particles) { return document(moment(particles)); }
 std::string xdmf_series(std::span<const XdmfParticles> series) { return series_document("particles", series); }
 std::string xdmf_series(std::span<const XdmfGrid> series) { return series_document("grid", series); }
 

@@ -1,6 +1,7 @@
 #include "bulkley/solver/solver.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "bulkley/kernel/g2p.hpp"
@@ -250,16 +251,38 @@ void Solver::rebuild() {
   steps_since_sort_ = sort_interval;
 }
 
+namespace {
+
+// Wave speed and stress bounds of particles as they are, without a step.
+void measure_state(const std::vector<NamedMaterial>& materials, const ParticleSet& particles, StepBounds& bounds) {
+  for (LocalIndex p = 0; p < particles.size(); ++p) {
+    State<double> state;
+    SymTensor<double> stress;
+    for (int c = 0; c < 6; ++c) {
+      state.left_cauchy_green.c[c] = particles.real(Field::left_cauchy_green, c)[p];
+      stress.c[c] = particles.real(Field::kirchhoff_stress, c)[p];
+    }
+    state.volume_ratio = particles.real(Field::volume_ratio)[p];
+    const double speed = std::visit([&](const auto& law) { return std::sqrt(law.wave_speed_squared(state)); },
+                                    materials[particles.material()[p]].material);
+    bounds.wave_speed.include(speed, particles.id()[p]);
+    bounds.stress_volume =
+        std::max(bounds.stress_volume, particles.real(Field::reference_volume)[p] * std::sqrt(norm_squared(stress)));
+    bounds.smallest_volume_ratio = std::min(bounds.smallest_volume_ratio, state.volume_ratio);
+    bounds.largest_volume_ratio = std::max(bounds.largest_volume_ratio, state.volume_ratio);
+  }
+}
+
+}  // namespace
+
 // The bounds that the first step needs, from the particles as they were seeded.
 void Solver::measure_start() {
   StepBounds local;
   measure_particles(physics_.grid, physics_.transfer, particles_, local);
-  for (std::size_t m = 0; m < physics_.materials.size(); ++m)
-    stress_update(physics_.materials[m].material, static_cast<std::uint8_t>(m), Field::affine_velocity, no_time, particles_, local);
+  measure_state(physics_.materials, particles_, local);
   local.cell_count = bounds_.cell_count;
   local.n_particles = local.largest_share = particles_.size();
   bounds_ = reduce_(local);
-  if (bounds_.failed()) report_failure();
 }
 
 VecHandle Solver::node_values() {

@@ -363,7 +363,9 @@ TEST_F(Checkpoint, ComparesById) {
   write_other(400, [](ParticleSet&) {});
   Comparison comparison = compare_checkpoints(comm, a, b);
   EXPECT_TRUE(comparison.identical);
-  if (comm.is_root()) EXPECT_EQ(comparison_text(comparison), "identical\n");
+  if (comm.is_root()) {
+    EXPECT_EQ(comparison_text(comparison), "identical\n");
+  }
 
   write_other(400, [](ParticleSet& particles) {
     particles.real(Field::velocity, 1)[399 - 12] += 0.25;  // particle 12
@@ -401,7 +403,9 @@ TEST_F(Checkpoint, ComparesById) {
   write_other(400, [](ParticleSet& particles) { particles.real(Field::volume_ratio)[0] = std::nan(""); });
   comparison = compare_checkpoints(comm, a, b);
   EXPECT_FALSE(comparison.identical);
-  if (comm.is_root()) EXPECT_FALSE(within(comparison, 1.0));
+  if (comm.is_root()) {
+    EXPECT_FALSE(within(comparison, 1.0));
+  }
 
   EXPECT_FALSE(compare_checkpoints(comm, a, write(6, 400)).identical);  // another step and time
 

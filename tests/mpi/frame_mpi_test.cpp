@@ -203,7 +203,9 @@ TEST_F(Frame, SeriesFollowsTheRun) {
   root_guard(comm, [&] { replace_file(frame_path(folder.path(), 1), "not a frame"); });
   const FrameSeries damaged(comm, folder.path(), 250);
   EXPECT_EQ(count(text_of("frames.xdmf"), "<Time "), 2);
-  if (comm.is_root()) EXPECT_EQ(damaged.warnings().size(), 1u);
+  if (comm.is_root()) {
+    EXPECT_EQ(damaged.warnings().size(), 1u);
+  }
 
   const FrameSeries fresh(comm, folder.path(), -1);
   EXPECT_FALSE(folder.has("frame_000000.h5"));

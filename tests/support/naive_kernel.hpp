@@ -16,8 +16,8 @@ struct NaiveParticle {
   double C[9], F[9];  ///< row-major
 };
 
-/// An elastic ball in a unit box with sticky walls, sheared (25 1/s) and falling (2 m/s) under gravity; E = 1e5 Pa, nu = 0.3,
-/// 1000 kg/m^3, dt = a tenth of dx / c. By default 998 592 particles.
+/// An elastic ball in a unit box with sticky walls, sheared (25 1/s) and falling (2 m/s) under gravity; E = 1e5 Pa,
+/// nu = 0.3, 1000 kg/m^3, dt = a tenth of dx / c. By default 998 592 particles.
 class NaiveKernel {
  public:
   /// `radius`: of the ball, m; at least 2 cells from the walls of the box. `particles_per_cell`: 1, 8, 27 or 64, on a

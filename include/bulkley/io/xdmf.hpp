@@ -36,9 +36,7 @@ struct XdmfGrid {
   std::vector<XdmfField> fields;
 };
 
-/// A document with one moment.
-std::string xdmf_document(const XdmfParticles& particles);
-/// Documents with a series of moments, by ascending time.
+/// A series of moments, by ascending time. Also for a single moment: outside a series one of the readers drops its time.
 std::string xdmf_series(std::span<const XdmfParticles> series);
 std::string xdmf_series(std::span<const XdmfGrid> series);
 

@@ -5,6 +5,7 @@
 // in z ("row"). A tile's footprint is footprint_width^2 such rows, so a table of row offsets per tile turns a node of the
 // footprint into a pool index: row_offset[slot][i * w + j] + k. A scattered set of tiles thus costs only its own nodes.
 
+#include <new>
 #include <span>
 #include <vector>
 
@@ -12,10 +13,22 @@
 
 namespace bulkley {
 
-/// Mass and momentum (or velocity) of one node, the unit of every exchange: {x, y, z, mass}.
-struct alignas(32) Node {
+/// Mass and momentum (or velocity) of one node, the unit of every exchange: {x, y, z, mass}. No more than a double's alignment
+/// may be assumed: PETSc's vectors hold nodes too.
+struct Node {
   double c[4];
 };
+
+/// Storage that starts on a cache line, so that no node straddles two.
+template <class T>
+struct CacheLineAllocator {
+  using value_type = T;
+  static constexpr std::align_val_t alignment{64};
+  T* allocate(std::size_t n) { return static_cast<T*>(::operator new(n * sizeof(T), alignment)); }
+  void deallocate(T* p, std::size_t) { ::operator delete(p, alignment); }
+  friend bool operator==(CacheLineAllocator, CacheLineAllocator) { return true; }
+};
+using NodeVector = std::vector<Node, CacheLineAllocator<Node>>;
 
 /// A contiguous run of pool nodes: (i, j, k .. k + count - 1) in grid indices (not yet wrapped), at pool index `offset`.
 struct NodeRow {

@@ -62,14 +62,16 @@ struct HerschelBulkley {
     SymTensor<Real> e = deviator(b);
     const Real trial_norm = mu * square_root(norm_squared(e));
     const FlowReturn<Real> flow = flow_return(trial_norm, mu * trial_mean, dt, flow_rule());
-    if (!any(flow.yields)) return {kirchhoff_stress(state), zero, zero};
-
-    const Real ratio = flow.norm / trial_norm;
-    for (Real& component : e.c) component *= ratio;
-    const Real mean = isochoric_mean(e, trial_mean, flow.yields);
-    for (int c = 0; c < 6; ++c) b.c[c] = select(flow.yields, c < 3 ? e.c[c] + mean : e.c[c], b.c[c]);
-    const Real dissipation = (1.5 * mu) * (trial_mean - mean);
-    return {kirchhoff_stress(state), std::sqrt(2.0) * flow.rate, select(flow.yields, dissipation, zero)};
+    Real dissipation = zero;
+    if (any(flow.yields)) {
+      const Real ratio = flow.norm / trial_norm;
+      for (Real& component : e.c) component *= ratio;
+      const Real mean = isochoric_mean(e, trial_mean, flow.yields);
+      for (int c = 0; c < 6; ++c) b.c[c] = select(flow.yields, c < 3 ? e.c[c] + mean : e.c[c], b.c[c]);
+      dissipation = select(flow.yields, (1.5 * mu) * (trial_mean - mean), zero);
+    }
+    // One place for the stress, so that it is rounded alike whether a neighbour in the pack yields or not.
+    return {kirchhoff_stress(state), std::sqrt(2.0) * flow.rate, dissipation};
   }
 };
 

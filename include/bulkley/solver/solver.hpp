@@ -82,7 +82,7 @@ class Solver {
   VecHandle owned_, owned_impulse_;  ///< DMDA vectors; the second only where the transfer needs the velocity change
   PoolLayout layout_;
   std::unique_ptr<Exchange> exchange_;
-  std::vector<Node> pool_, impulse_;
+  NodeVector pool_, impulse_;
   std::vector<NodeConstraint> constraints_;
   CellMap map_;
   std::vector<Stray> strays_;

@@ -1,0 +1,126 @@
+#!/usr/bin/env pvpython
+"""Checks that ParaView sees what a run has written.
+
+    pvpython --force-offscreen-rendering drivers/paraview/check_output.py --run DIR [--particles N]
+
+Opens frames.xdmf, grid.xdmf (if there) and the newest checkpoint's sidecar with both of ParaView's XDMF readers and compares
+points, cells, bounds, times, names, components and ranges of the fields with what the HDF5 files themselves say (read by
+h5py). Needs no display. Exit code: 0 all agree; 1 something differs, one sentence each; 2 nothing to check.
+"""
+
+import argparse
+import pathlib
+import sys
+import xml.etree.ElementTree as ElementTree
+
+import h5py
+import numpy
+from paraview import simple
+
+READERS = {
+    "XDMFReader": lambda path: simple.XDMFReader(FileNames=[path]),
+    "Xdmf3ReaderS": lambda path: simple.Xdmf3ReaderS(FileName=[path]),
+}
+TOLERANCE = 1e-6  # relative; ParaView may keep bounds of float32 points in float32
+
+
+class Moment:
+    """One moment of a series as the HDF5 file has it."""
+
+    def __init__(self, folder, element):
+        self.time = float(element.find("Time").get("Value"))
+        items = [item.text.strip() for item in element.iter("DataItem") if item.get("Format") == "HDF"]
+        self.file = folder / items[0].split(":")[0]
+        with h5py.File(self.file, "r") as data:
+            if abs(float(data.attrs["time"]) - self.time) > TOLERANCE * abs(self.time):
+                raise ValueError(f"{self.file.name} is of time {data.attrs['time']}, the series says {self.time}")
+            if element.get("Name") == "grid":
+                self.read_grid(data)
+            else:
+                self.read_particles(data)
+
+    def read_particles(self, data):
+        group = data["particles"]
+        position = group["position"][:]
+        self.n_points = self.n_cells = int(data.attrs["n_particles"])
+        self.bounds = numpy.column_stack([position.min(axis=0), position.max(axis=0)]).ravel()
+        self.fields = {name: ranges(array, self.n_points) for name, array in group.items()
+                       if name not in ("position", "connectivity")}
+
+    def read_grid(self, data):
+        group = data["grid"]
+        shape = next(iter(group.values())).shape[:3]
+        self.n_points = int(numpy.prod(shape))
+        self.n_cells = int(numpy.prod([n - 1 for n in shape]))
+        lower = numpy.array(group.attrs["origin"])
+        upper = lower + group.attrs["cell_size"] * (numpy.array(shape[::-1]) - 1)
+        self.bounds = numpy.column_stack([lower, upper]).ravel()
+        self.fields = {name: ranges(array, self.n_points) for name, array in group.items()}
+
+
+def ranges(array, n_points):
+    """Smallest and largest value of each component, (components, 2)."""
+    values = array[:].reshape(n_points, -1)
+    return numpy.column_stack([values.min(axis=0), values.max(axis=0)]).astype(float)
+
+
+def close(a, b):
+    a, b = numpy.asarray(a, dtype=float), numpy.asarray(b, dtype=float)
+    return a.shape == b.shape and numpy.allclose(a, b, rtol=TOLERANCE, atol=TOLERANCE * max(1e-30, numpy.abs(b).max(initial=0)))
+
+
+def check(path, faults):
+    """Compares every moment of one XDMF file under both readers; returns the number of particles or nodes seen last."""
+    moments = [Moment(path.parent, grid) for grid in ElementTree.parse(path).iter("Grid") if grid.find("Time") is not None]
+    for reader_name, make_reader in READERS.items():
+        fault = lambda sentence: faults.append(f"{path.name}, {reader_name}: {sentence}")
+        reader = make_reader(str(path.resolve()))
+        reader.UpdatePipelineInformation()
+        times = reader.TimestepValues if hasattr(reader.TimestepValues, "__len__") else [reader.TimestepValues]
+        if not close(times, [moment.time for moment in moments]):
+            fault(f"times are {list(times)} and should be {[moment.time for moment in moments]}")
+            continue
+        for moment in moments:
+            reader.UpdatePipeline(moment.time)
+            seen = reader.GetDataInformation()
+            for what, found, expected in (("points", seen.GetNumberOfPoints(), moment.n_points),
+                                          ("cells", seen.GetNumberOfCells(), moment.n_cells)):
+                if found != expected:
+                    fault(f"{found} {what} at time {moment.time}, should be {expected}")
+            if not close(seen.GetBounds(), moment.bounds):
+                fault(f"bounds at time {moment.time} are {seen.GetBounds()} and should be {tuple(moment.bounds)}")
+            arrays = {array.Name: array for array in reader.PointData.values()}
+            if set(arrays) != set(moment.fields):
+                fault(f"fields at time {moment.time} are {sorted(arrays)} and should be {sorted(moment.fields)}")
+            for name in set(arrays) & set(moment.fields):
+                found = [arrays[name].GetRange(c) for c in range(arrays[name].GetNumberOfComponents())]
+                if not close(found, moment.fields[name]):
+                    fault(f"the range of {name} at time {moment.time} is {found} and should be {moment.fields[name].tolist()}")
+        simple.Delete(reader)
+    print(f"{path.name}: {len(moments)} moments, {moments[-1].n_points} points in the last")
+    return moments[-1].n_points
+
+
+def main():
+    parser = argparse.ArgumentParser(description="Checks that ParaView sees what a run has written.")
+    parser.add_argument("--run", required=True, type=pathlib.Path, help="output folder of the run")
+    parser.add_argument("--particles", type=int, help="number of particles there must be in the last frame and checkpoint")
+    options = parser.parse_args()
+
+    checkpoints = sorted(options.run.glob("checkpoint_*.xdmf"))
+    paths = [path for path in (options.run / "frames.xdmf", options.run / "grid.xdmf", *checkpoints[-1:]) if path.exists()]
+    if not paths:
+        print(f"check_output.py: there is no frames.xdmf, grid.xdmf or checkpoint in '{options.run}'", file=sys.stderr)
+        return 2
+    faults = []
+    for path in paths:
+        n_points = check(path, faults)
+        if options.particles is not None and path.name != "grid.xdmf" and n_points != options.particles:
+            faults.append(f"{path.name}: {n_points} particles, should be {options.particles}")
+    for sentence in faults:
+        print(sentence, file=sys.stderr)
+    return 1 if faults else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

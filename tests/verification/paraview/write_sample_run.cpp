@@ -1,0 +1,101 @@
+// Writes a small run as the program would: frames (one of them empty), a grid and a checkpoint, of a ball that falls.
+// Usage: write_sample_run FOLDER
+
+#include <petscsys.h>
+
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+
+#include "bulkley/base/petsc.hpp"
+#include "bulkley/io/checkpoint.hpp"
+#include "bulkley/io/frame.hpp"
+#include "bulkley/io/text_file.hpp"
+
+namespace {
+
+using namespace bulkley;
+
+constexpr double spacing = 0.01, radius = 0.1;
+
+/// A ball of particles at height `z`, every rank a share of them; those in its shell belong to the second material.
+ParticleSet make_ball(const Comm& comm, double z) {
+  ParticleSet particles;
+  GlobalIndex id = 0;
+  const int n = static_cast<int>(radius / spacing);
+  for (int i = -n; i <= n; ++i)
+    for (int j = -n; j <= n; ++j)
+      for (int k = -n; k <= n; ++k) {
+        const Vec3 from_center = spacing * Vec3(i, j, k);
+        if (from_center.norm() > radius || id++ % comm.size() != comm.rank()) continue;
+        const LocalIndex p = particles.size();
+        particles.resize(p + 1);
+        particles.id()[p] = id - 1;
+        particles.material()[p] = from_center.norm() > 0.7 * radius;
+        particles.set_vector(Field::position, p, Vec3(0.5, 0.4, z) + from_center);
+        particles.set_vector(Field::velocity, p, Vec3(0.0, 0.0, -5.0 + from_center.x() * 20.0));
+        particles.real(Field::volume_ratio)[p] = 1.0;
+        particles.real(Field::mass)[p] = 1000.0 * spacing * spacing * spacing;
+        particles.real(Field::reference_volume)[p] = spacing * spacing * spacing;
+        for (int c = 0; c < 6; ++c) particles.real(Field::kirchhoff_stress, c)[p] = 100.0 * (c + 1) + from_center.z();
+        for (int c = 0; c < 3; ++c) particles.real(Field::left_cauchy_green, c)[p] = 1.0;
+      }
+  return particles;
+}
+
+/// All nodes on the root, with velocities that say where they are.
+GridNodes make_grid(const Comm& comm, std::vector<Node>& nodes) {
+  GridGeometry geometry;
+  geometry.cell_size = 0.1;
+  geometry.n_cells = {10, 8, 6};
+  GridNodes grid{geometry, {0, 0, 0}, {0, geometry.n_nodes(1), geometry.n_nodes(2)}, {}};
+  grid.count[0] = comm.is_root() ? geometry.n_nodes(0) : 0;
+  for (int k = 0; k < grid.count[2]; ++k)
+    for (int j = 0; j < grid.count[1]; ++j)
+      for (int i = 0; i < grid.count[0]; ++i)
+        nodes.push_back(
+            {{geometry.node_coordinate(0, i), geometry.node_coordinate(1, j), geometry.node_coordinate(2, k), 1.0}});
+  grid.nodes = nodes;
+  return grid;
+}
+
+void write_run(const Comm& comm, const std::string& folder) {
+  const std::vector<NamedMaterial> materials{{"cream", HerschelBulkley{}}, {"pie", NeoHookean{}}};
+  OutputSettings settings;
+  settings.fields = frame_field_names();
+  std::vector<Node> nodes;
+  const GridNodes grid = make_grid(comm, nodes);
+
+  root_guard(comm, [&] {
+    std::filesystem::create_directories(folder);
+    write_text_atomically(path_in(folder, "scene.toml"),
+                          "[domain]\nlower = [0.0, 0.0, 0.0]\nupper = [1.0, 0.8, 0.6]\ncell_size = 0.1\n");
+  });
+  FrameSeries series(comm, folder, -1);
+  for (GlobalIndex index = 0; index < 4; ++index) {
+    const double time = 0.04 * static_cast<double>(index);
+    const ParticleSet particles = index == 2 ? ParticleSet() : make_ball(comm, 0.4 - 5.0 * time * 0.5);
+    write_frame(comm, folder, {index, 10 * index, time, 0}, particles, materials, settings, &grid);
+    series.add(comm, index);
+  }
+  CheckpointHeader header;
+  header.step = 30;
+  header.time = 0.12;
+  write_checkpoint(comm, folder, header, make_ball(comm, 0.1), std::vector<std::string>{"cream", "pie"}, 1);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 2) {
+    std::fprintf(stderr, "usage: write_sample_run FOLDER\n");
+    return 2;
+  }
+  BULKLEY_PETSC(PetscInitializeNoArguments());
+  {
+    const Comm comm(PETSC_COMM_WORLD);
+    write_run(comm, argv[1]);
+  }
+  BULKLEY_PETSC(PetscFinalize());
+  return 0;
+}
