@@ -66,7 +66,8 @@ def ranges(array, n_points):
 
 def close(a, b):
     a, b = numpy.asarray(a, dtype=float), numpy.asarray(b, dtype=float)
-    return a.shape == b.shape and numpy.allclose(a, b, rtol=TOLERANCE, atol=TOLERANCE * max(1e-30, numpy.abs(b).max(initial=0)))
+    scale = numpy.abs(b).max(initial=0.0)
+    return a.shape == b.shape and numpy.allclose(a, b, rtol=TOLERANCE, atol=TOLERANCE * scale)
 
 
 def check(path, faults):
@@ -95,7 +96,8 @@ def check(path, faults):
             for name in set(arrays) & set(moment.fields):
                 found = [arrays[name].GetRange(c) for c in range(arrays[name].GetNumberOfComponents())]
                 if not close(found, moment.fields[name]):
-                    fault(f"the range of {name} at time {moment.time} is {found} and should be {moment.fields[name].tolist()}")
+                    expected = moment.fields[name].tolist()
+                    fault(f"the range of {name} at time {moment.time} is {found} and should be {expected}")
         simple.Delete(reader)
     print(f"{path.name}: {len(moments)} moments, {moments[-1].n_points} points in the last")
     return moments[-1].n_points

@@ -8,10 +8,12 @@ Debian's ParaView can only draw through an X server. Exit code 2: the command li
 """
 
 import argparse
+import itertools
 import math
 import os
 import pathlib
 import shutil
+import subprocess
 import sys
 import tomllib
 import xml.etree.ElementTree as ElementTree
@@ -24,6 +26,15 @@ TEXT_COLOR = (0.15, 0.15, 0.18)
 # Directions from the middle of the domain to the camera.
 CAMERAS = {"corner": (0.55, -1.0, 0.38), "front": (0, -1, 0), "side": (1, 0, 0), "top": (0, 0, 1)}
 VIEW_ANGLE = 26.0  # degrees
+WIDTH_BESIDE_LEGEND = 0.82  # part of the picture
+# ParaView's own sphere shader draws edges black, and many small black edges look like dirt.
+SPHERE_SHADER = """//VTK::Color::Impl
+float distance2 = dot(offsetVCVSOutput.xy, offsetVCVSOutput.xy);
+if (distance2 > 1.0) discard;
+float shade = 0.74 + 0.26 * sqrt(1.0 - distance2);
+ambientColor *= shade;
+diffuseColor *= shade;
+"""
 PARTICLE_OVERLAP = 1.25  # radius of a drawn particle over half the distance between particles: no gaps between neighbours
 
 
@@ -35,7 +46,8 @@ def fail(sentence):
 def parse_arguments():
     parser = argparse.ArgumentParser(prog="render.py", description="Renders the frames of a run to PNG.")
     parser.add_argument("--run", required=True, type=pathlib.Path, help="output folder of the run")
-    parser.add_argument("--output", required=True, type=pathlib.Path, help="file ending in .png for one frame, else a folder")
+    parser.add_argument("--output", required=True, type=pathlib.Path,
+                        help="file ending in .png for one frame, else a folder")
     parser.add_argument("--field", help="field to colour by; default velocity, or else the first in the frames")
     parser.add_argument("--component", default="magnitude", help="magnitude, or the number of a component from 0")
     parser.add_argument("--frame", default="last", help="last, all, or a number from 0 in frames.xdmf")
@@ -70,7 +82,7 @@ def numbers(text, separator, count, key, kind):
 
 
 def restart_under_xvfb(size):
-    """Replaces this process by one with a display."""
+    """Does nothing where there is a display; else does the work in another process that has one, and ends."""
     if os.environ.get("DISPLAY"):
         return
     if UNDER_XVFB in os.environ:
@@ -80,7 +92,12 @@ def restart_under_xvfb(size):
             fail(f"there is no display, and {program} is not installed (Debian: apt-get install xvfb paraview)")
     os.environ[UNDER_XVFB] = "1"
     screen = f"-screen 0 {max(size[0], 640)}x{max(size[1], 480)}x24"
-    os.execvp("xvfb-run", ["xvfb-run", "-a", "-s", screen, "pvpython", os.path.abspath(__file__), *sys.argv[1:]])
+    command = ["xvfb-run", "-a", "-s", screen, "pvpython", os.path.abspath(__file__), *sys.argv[1:]]
+    for _ in range(3):  # two that start at once may choose the same display; then ParaView aborts
+        status = subprocess.run(command).returncode
+        if status in (0, 2):
+            break
+    sys.exit(status)
 
 
 class Series:
@@ -175,7 +192,7 @@ def color_range(simple, reader, series, chosen, options):
 def color_by_field(simple, display, view, series, chosen, reader, options):
     """Colours the particles and adds a legend."""
     field = options.field
-    simple.ColorBy(display, ("POINTS", field) if options.component == "magnitude" else ("POINTS", field, str(options.component)))
+    simple.ColorBy(display, ("POINTS", field))
     table = simple.GetColorTransferFunction(field)
     if options.component != "magnitude":
         table.VectorMode, table.VectorComponent = "Component", options.component
@@ -199,17 +216,22 @@ def color_by_field(simple, display, view, series, chosen, reader, options):
     legend.Title = title + (f" ({unit})" if unit != "1" else "")
     legend.ComponentTitle = ""
     legend.TitleColor = legend.LabelColor = TEXT_COLOR
-    legend.TitleFontSize, legend.LabelFontSize = 16, 14
+    legend.TitleFontSize, legend.LabelFontSize = font_size(16, options), font_size(14, options)
     legend.HorizontalTitle = 1
     legend.WindowLocation = "Any Location"
     legend.Position = [0.885, 0.3]
     legend.ScalarBarLength = 0.4
-    legend.ScalarBarThickness = 14
+    legend.ScalarBarThickness = font_size(14, options)
     if field != "material":
         legend.AutomaticLabelFormat = 0
         legend.LabelFormat = "%-#.3g"
         legend.RangeLabelFormat = "%-#.3g"
     display.SetScalarBarVisibility(view, True)
+
+
+def font_size(size, options):
+    """`size` is for a picture 900 pixels high."""
+    return max(7, round(size * options.size[1] / 900))
 
 
 def particle_radius(series, number, n_particles, bounds):
@@ -254,11 +276,11 @@ def place_camera(view, lower, upper, options):
     half = math.tan(math.radians(0.5 * VIEW_ANGLE))
     aspect = options.size[0] / options.size[1]
     distance = 0.0
-    for corner in ([p[a] for a, p in enumerate((x, y, z))] for x in (lower, upper) for y in (lower, upper) for z in (lower, upper)):
+    for corner in itertools.product(*zip(lower, upper)):
         offset = [c - m for c, m in zip(corner, center)]
         toward = dot(offset, direction)
-        # The legend takes a strip on the right.
-        distance = max(distance, toward + abs(dot(offset, true_up)) / half, toward + abs(dot(offset, right)) / (0.82 * half * aspect))
+        distance = max(distance, toward + abs(dot(offset, true_up)) / half,
+                       toward + abs(dot(offset, right)) / (half * aspect * WIDTH_BESIDE_LEGEND))
     distance *= 1.06 / options.zoom
     view.CameraPosition = [m + distance * d for m, d in zip(center, direction)]
     view.CameraFocalPoint = center
@@ -280,7 +302,8 @@ def normalized(a):
     return [x / length for x in a]
 
 
-def make_view(simple, size):
+def make_view(simple, size, reach):
+    """`reach`: largest extent of the domain."""
     view = simple.CreateView("RenderView")
     view.ViewSize = list(size)
     view.UseColorPaletteForBackground = 0
@@ -289,6 +312,10 @@ def make_view(simple, size):
     view.Background2 = [1.0, 1.0, 1.0]
     view.OrientationAxesVisibility = 0
     view.UseFXAA = 1
+    # Shadows in hollows and under rims, without which a heap of particles of one colour has no shape.
+    view.UseAmbientOcclusion = 1
+    view.UseSSAODefaultPresets = 0
+    view.Radius, view.Bias, view.KernelSize, view.Blur = 0.05 * reach, 0.004 * reach, 96, 1
     return view
 
 
@@ -319,27 +346,26 @@ def main():
     reader = simple.XDMFReader(FileNames=[str(series.path.resolve())])
     reader.UpdatePipeline(series.times[chosen[-1]])
     data = reader.GetDataInformation()
-    lower, upper = series.domain() or ([data.GetBounds()[2 * a] for a in range(3)], [data.GetBounds()[2 * a + 1] for a in range(3)])
+    lower, upper = series.domain() or (data.GetBounds()[0::2], data.GetBounds()[1::2])
 
-    view = make_view(simple, options.size)
+    view = make_view(simple, options.size, max(u - l for l, u in zip(lower, upper)))
     display = simple.Show(reader, view)
     display.SetRepresentationType("Point Gaussian")
-    display.ShaderPreset = "Sphere"
-    # Mostly ambient: the sphere shader draws edges dark, and many small dark edges look like dirt.
-    display.Ambient, display.Diffuse, display.Specular = 0.45, 0.6, 0.1
+    display.ShaderPreset = "Custom"
+    display.CustomShader = SPHERE_SHADER
     display.GaussianRadius = particle_radius(series, chosen[-1], data.GetNumberOfPoints(), data.GetBounds())
     color_by_field(simple, display, view, series, chosen, reader, options)
     if not options.no_floor:
         show_domain(simple, view, lower, upper)
     place_camera(view, lower, upper, options)
-    scale = options.size[1] / 900
     if series.scene.get("title"):
-        add_text(simple, view, series.scene["title"], [0.03, 0.93], max(8, round(22 * scale)))
-    clock = add_text(simple, view, "", [0.03, 0.88], max(8, round(18 * scale)))
+        add_text(simple, view, series.scene["title"], [0.03, 0.93], font_size(22, options))
+    clock = add_text(simple, view, "", [0.03, 0.88], font_size(18, options))
 
     for number, path in zip(chosen, paths):
         view.ViewTime = series.times[number]
         clock.Text = f"t = {series.times[number]:.4g} s"
+        path.unlink(missing_ok=True)  # so that an old picture is never taken for a new one
         simple.SaveScreenshot(str(path), view, ImageResolution=list(options.size))
         if not path.is_file():
             fail(f"ParaView did not write '{path}'")

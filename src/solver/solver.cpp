@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "bulkley/kernel/g2p.hpp"
 #include "bulkley/kernel/p2g.hpp"
@@ -19,9 +18,6 @@ constexpr GlobalIndex sort_interval = 8;
 // A node with less than this part of the largest possible nodal mass counts as empty: there the rounding of the order-free
 // sums nears the velocity itself. No larger than that, for what an empty node received is lost to the particles.
 constexpr double empty_mass = 0x1p-48;
-
-// A time step over which nothing changes: 1 + dt L = 1.
-constexpr double no_time = std::numeric_limits<double>::min();
 
 // Direct access to a Vec's local values as nodes, given back at the end of the scope.
 class NodeAccess {
@@ -177,7 +173,11 @@ void Solver::settle(StepBounds& local) {
 // Positions -> domain and cells; particles of other ranks' tiles become departures. Returns whether the pool lacks a tile.
 bool Solver::settle_locally(StepBounds& local, std::vector<Departure>& departures) {
   removed_.clear();
-  confine(physics_.grid, physics_.faces, particles_, removed_, local);
+  StepBounds outside;
+  confine(physics_.grid, physics_.faces, particles_, removed_, outside);
+  // A position is not finite because the velocity was not: such a particle has been counted already.
+  outside.n_not_finite = std::max<GlobalIndex>(0, outside.n_not_finite - local.n_not_finite);
+  local.merge(outside);
   if (local.failed()) return false;  // cells are undefined; the all-reduce will stop every rank
   if (!removed_.empty()) particles_.remove(removed_);
   local.n_removed = static_cast<GlobalIndex>(removed_.size());

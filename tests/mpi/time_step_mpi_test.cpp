@@ -190,6 +190,9 @@ TEST(TimeStep, AnyOtherBadStepHalvesTheStableStepUntilTheSmallest) {
   EXPECT_EQ(message_of([&] { take_step(settings, still, torn, plenty, state); }),
             "the time step would fall below its smallest value of 0.003 s: even that step deforms a particle by more than 0.1");
   EXPECT_EQ(state.n_rejected, 3);  // 1e-2, 5e-3, then 3e-3 itself
+  // The smallest step itself is tried, not one below it.
+  TimeStepState other;
+  EXPECT_DOUBLE_EQ(take_step(settings, still, moving(1.0, 0.0, 30.0), plenty, other).dt, 3e-3);
 }
 
 TEST(TimeStep, ALimitBelowTheSmallestStepIsAnError) {

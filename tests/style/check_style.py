@@ -8,7 +8,7 @@ import pathlib
 import re
 import sys
 
-# --- rule 1: a file includes only its own module and modules before it --------------------------------------------------
+# --- rule 1: a file includes only its own module and modules before it ---------------------------------------------------
 
 LAYERS = ["base", "config", "material", "particle", "kernel", "domain", "solver", "io", "scene", "simulation", "drivers"]
 
@@ -24,11 +24,11 @@ NOT_CORE = {"base/parallel", "base/petsc", "base/log"}
 CORE_HEADERS_OF_LATER_LAYERS = re.compile(r"^(domain|solver|io)/(settings|time_step|\w+_keys)\.hpp$")
 PARALLEL_HEADERS = re.compile(r"^(mpi\.h|petsc\w*\.h|hdf5\w*\.h|H5\w*\.h)$")
 
-# --- rule 2: every call of MPI, PETSc or HDF5 is checked ---------------------------------------------------------------------
+# --- rule 2: every call of MPI, PETSc or HDF5 is checked -----------------------------------------------------------------
 # MPI and PETSc: inside the checking macro. HDF5: its result must at least be used, because a reader turns failures into
 # sentences of its own; a call that is a statement by itself drops it.
 
-CALL = re.compile(r"\b(P?MPI_[A-Z]\w*|Petsc[A-Z]\w*|DM[A-Z]\w*|Vec[A-Z]\w*|IS[A-Z][a-z]\w*|AO[A-Z][a-z]\w*|H5[A-Z]{1,2}\w*)\s*\(")
+CALL = re.compile(r"\b(MPI_[A-Z]\w*|Petsc[A-Z]\w*|DM[A-Z]\w*|Vec[A-Z]\w*|IS[A-Z][a-z]\w*|AO[A-Z][a-z]\w*|H5[A-Z]\w*)\s*\(")
 CHECKING_MACRO = re.compile(r"\bBULKLEY_(MPI|PETSC|HDF5)\w*\s*$")
 STATEMENT_START = re.compile(r"(^|[;{})]|\belse)\s*\Z")  # also after "(void)" and "if (...)"
 # Calls without an error to check, and names that only look like calls.
@@ -55,7 +55,7 @@ SITE_EXCEPTIONS = {
     ("drivers/bulkley.cpp", "PetscInitialize"): "compared by hand: the macro's abort needs an initialised PETSc",
 }
 
-# --- the other rules --------------------------------------------------------------------------------------------------------
+# --- the other rules ------------------------------------------------------------------------------------------------------
 
 WORLD = re.compile(r"\b(MPI_COMM_WORLD|PETSC_COMM_WORLD)\b")
 USING_NAMESPACE = re.compile(r"^using\s+namespace\b")  # not indented: at namespace scope; within a function it does no harm
@@ -69,7 +69,9 @@ FOLDERS = ["include", "src", "drivers", "tests", "cluster", "docs", ".ci"]
 
 def without_comments(text):
     """`text` with comments and the contents of strings blanked out, line breaks kept."""
-    pattern = re.compile(r'//[^\n]*|/\*.*?\*/|R"\((?:.*?)\)"|"(?:\\.|[^"\\\n])*"|(?<![0-9a-fA-F])\'(?:\\.|[^\'\\\n])\'', re.DOTALL)
+    comment, raw = r"//[^\n]*|/\*.*?\*/", r'R"\(.*?\)"'
+    string, character = r'"(?:\\.|[^"\\\n])*"', r"(?<![0-9a-fA-F])'(?:\\.|[^'\\\n])'"  # not the ' between digits
+    pattern = re.compile("|".join((comment, raw, string, character)), re.DOTALL)
     return pattern.sub(lambda match: re.sub(r"[^\n]", " ", match.group()), text)
 
 

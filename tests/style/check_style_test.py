@@ -14,7 +14,8 @@ GOOD = {
     "src/base/petsc.cpp": "void report() {\n  PetscErrorMessage(code, &text, &detail);\n}\n",
     "include/bulkley/particle/seeding.hpp": '#pragma once\n#include "bulkley/kernel/tile.hpp"\n',
     "include/bulkley/kernel/tile.hpp": '// Index arithmetic.\n#pragma once\n#include "bulkley/base/types.hpp"\n',
-    "src/domain/exchange.cpp": "#include <mpi.h>\nvoid f() {\n  BULKLEY_MPI(MPI_Send(a, (b), g(c),\n                       d));\n}\n",
+    "src/domain/exchange.cpp":
+        "#include <mpi.h>\nvoid f() {\n  BULKLEY_MPI(MPI_Send(a, (b), g(c),\n                       d));\n}\n",
     "drivers/version.cpp": "bool f() {\n  return PetscGetVersion(a, 9) != 0 || MPI_Get_library_version(b, &n) != 0;\n}\n",
     "drivers/bulkley.cpp": '#include "bulkley/simulation.hpp"\n#include "bulkley/version.hpp"\nComm comm(MPI_COMM_WORLD);\n'
                            "int main() {\n  if (PetscInitialize(&n, &v) != 0) return 3;\n}\n",
@@ -58,7 +59,8 @@ class CheckStyle(unittest.TestCase):
         self.expect_fault("src/kernel/a.cpp", "#include <mpi.h>\n", "core module 'kernel' includes mpi.h")
         self.expect_fault("src/material/a.cpp", "#include <petscvec.h>\n", "includes petscvec.h")
         self.expect_fault("src/config/a.cpp", "#include <hdf5.h>\n", "includes hdf5.h")
-        self.expect_fault("src/kernel/a.cpp", '#include "bulkley/base/parallel.hpp"\n', "core file includes base/parallel.hpp")
+        self.expect_fault("src/kernel/a.cpp", '#include "bulkley/base/parallel.hpp"\n',
+                          "core file includes base/parallel.hpp")
         self.expect_none("include/bulkley/base/parallel.hpp", "#pragma once\n#include <mpi.h>\n")
         self.expect_none("src/scene_core.cpp", '#include "bulkley/domain/settings.hpp"\n')
 
@@ -73,9 +75,11 @@ class CheckStyle(unittest.TestCase):
                      "auto code = MPI_Wait(&r, s);",
                      "BULKLEY_MPI(MPI_Send(a)); MPI_Wait(b);", "BULKLEY_ASSERT(MPI_Wait(b) == 0);"):
             self.expect_fault("src/domain/a.cpp", f"void f() {{\n  {call}\n}}\n", "src/domain/a.cpp:2: ")
-        for line in ("// MPI_Barrier(comm) would hang here", 'throw RunError("MPI_Send(x) failed");', "double t = MPI_Wtime();",
+        for line in ("// MPI_Barrier(comm) would hang here",
+                     'throw RunError("MPI_Send(x) failed");', "double t = MPI_Wtime();",
                      "BULKLEY_PETSC(VecSet(v, f(0)));", "MPI_Comm comm = get();",
-                     "if (H5Fclose(file) < 0) stop();", "const HdfSpace space(H5Screate(H5S_SCALAR));", "return H5Tcopy(a);"):
+                     "if (H5Fclose(file) < 0) stop();",
+                     "const HdfSpace space(H5Screate(H5S_SCALAR));", "return H5Tcopy(a);"):
             self.expect_none("src/domain/a.cpp", f"void f() {{\n  {line}\n}}\n")
         self.expect_fault("src/base/log.cpp", "void f() {\n  MPI_Initialized(&a);\n}\n", "MPI_Initialized is called outside")
 

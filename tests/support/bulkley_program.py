@@ -24,8 +24,9 @@ class Program:
         self.mpiexec = mpiexec
 
     def run(self, arguments, ranks, folder, limit):
-        """`bulkley arguments` on `ranks` ranks in `folder`, ended after `limit` seconds."""
-        command = [self.mpiexec, "-n", str(ranks), self.path, *arguments]
+        """`bulkley arguments` on `ranks` ranks in `folder`, ended after `limit` seconds. One rank needs no mpiexec."""
+        launcher = [self.mpiexec, "-n", str(ranks)] if ranks > 1 else []
+        command = [*launcher, self.path, *arguments]
         start = time.monotonic()
         process = subprocess.Popen(command, cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                                    stderr=subprocess.STDOUT, text=True, errors="replace", start_new_session=True)

@@ -54,16 +54,23 @@ inline void place_particle(ParticleSet& set, LocalIndex p, const Vec3& x, double
   set.id()[p] = p;
 }
 
-/// The particles `order[0], order[1], ...` of a set.
-inline ParticleSet picked(const ParticleSet& set, const std::vector<LocalIndex>& order) {
-  ParticleSet result(set.has(Field::velocity_gradient));
+/// The particles `order[0], order[1], ...` of a set. The fields are the same but for velocity_gradient: zero where it is new.
+inline ParticleSet picked(const ParticleSet& set, const std::vector<LocalIndex>& order, bool with_velocity_gradient) {
+  ParticleSet result(with_velocity_gradient);
   result.resize(static_cast<LocalIndex>(order.size()));
-  for (std::size_t c = 0; c < set.columns().size(); ++c) {
-    const std::size_t size = set.columns()[c].element_size;
+  std::size_t to = 0;
+  for (std::size_t from = 0; from < set.columns().size(); ++from) {
+    while (result.columns()[to].field < set.columns()[from].field) ++to;
+    if (result.columns()[to].field != set.columns()[from].field) continue;
+    const std::size_t size = set.columns()[from].element_size;
     for (std::size_t k = 0; k < order.size(); ++k)
-      std::memcpy(result.data(c) + k * size, set.data(c) + static_cast<std::size_t>(order[k]) * size, size);
+      std::memcpy(result.data(to) + k * size, set.data(from) + static_cast<std::size_t>(order[k]) * size, size);
+    ++to;
   }
   return result;
+}
+inline ParticleSet picked(const ParticleSet& set, const std::vector<LocalIndex>& order) {
+  return picked(set, order, set.has(Field::velocity_gradient));
 }
 
 /// Whether two sets of the same fields hold the same bits in the same order.

@@ -22,7 +22,7 @@ struct SolverScene {
 
 /// Neo-Hookean (0) and Herschel-Bulkley (1).
 inline std::vector<NamedMaterial> solid_and_fluid() {
-  return {{"solid", NeoHookean{{1000.0, 1e5, 3e4}}}, {"fluid", HerschelBulkley{{1000.0, 1e5, 3e4, 400.0, 50.0, 0.4}}}};
+  return {{"solid", NeoHookean{{1000.0, 1e5, 3e4}}}, {"fluid", HerschelBulkley{{1000.0, 1e5, 3e4, 50.0, 20.0, 0.4}}}};
 }
 
 /// Appends a block of n[0] x n[1] x n[2] particles, two per cell and axis, its lowest corner at `corner`.
@@ -51,7 +51,7 @@ inline void add_particle(SolverScene& scene, const Vec3& x, const Vec3& velocity
 }
 
 inline SolverScene empty_scene(const TransferSettings& transfer, const Int3& n_cells, const std::array<bool, 3>& periodic) {
-  SolverScene scene{{}, ParticleSet(transfer.needs_velocity_gradient())};
+  SolverScene scene;
   Physics& physics = scene.physics;
   physics.grid = {.lower = Vec3(-0.3, 0.2, 0.1), .cell_size = 0.1, .n_cells = n_cells, .periodic = periodic, .order = transfer.order};
   physics.transfer = transfer;
@@ -121,30 +121,32 @@ inline Partition partition_of(const Comm& comm, const SolverScene& scene, Partit
 }
 
 /// Every n-th particle, so that each has to find its way to its rank.
-inline ParticleSet share_of(const Comm& comm, const ParticleSet& all) {
+inline ParticleSet share_of(const Comm& comm, const ParticleSet& all, bool with_velocity_gradient) {
   std::vector<LocalIndex> mine;
   for (LocalIndex p = comm.rank(); p < all.size(); p += comm.size()) mine.push_back(p);
-  return picked(all, mine);
+  return picked(all, mine, with_velocity_gradient);
 }
 
 /// A solver at the scene's start. Collective.
 inline std::unique_ptr<Solver> solver_of(const Comm& comm, const SolverScene& scene, Partition partition) {
-  return std::make_unique<Solver>(comm, scene.physics, std::move(partition), share_of(comm, scene.particles), std::nullopt);
+  return std::make_unique<Solver>(comm, scene.physics, std::move(partition),
+                                  share_of(comm, scene.particles, scene.physics.transfer.needs_velocity_gradient()), std::nullopt);
 }
 
-/// All particles of all ranks on every rank, ascending by id; velocity_gradient too. Collective.
+/// All particles of all ranks on every rank, ascending by id, without what lives within one step. Collective.
 inline ParticleSet gathered(const Comm& comm, const ParticleSet& local) {
-  const int n_columns = static_cast<int>(local.columns().size());
   std::vector<int> counts(static_cast<std::size_t>(comm.size())), starts(counts.size(), 0);
   const int n_local = local.size();
   BULKLEY_MPI(MPI_Allgather(&n_local, 1, MPI_INT, counts.data(), 1, MPI_INT, comm.get()));
   for (std::size_t r = 1; r < starts.size(); ++r) starts[r] = starts[r - 1] + counts[r - 1];
-  ParticleSet all(local.has(Field::velocity_gradient));
+  ParticleSet all;
   all.resize(starts.back() + counts.back());
-  for (int c = 0; c < n_columns; ++c) {
-    const auto column = static_cast<std::size_t>(c);
-    const MPI_Datatype type = local.columns()[column].element_size == 1 ? MPI_UINT8_T : MPI_INT64_T;
-    BULKLEY_MPI(MPI_Allgatherv(local.data(column), n_local, type, all.data(column), counts.data(), starts.data(), type, comm.get()));
+  std::size_t to = 0;
+  for (std::size_t from = 0; from < local.columns().size(); ++from) {
+    if (!local.columns()[from].moves) continue;
+    const MPI_Datatype type = local.columns()[from].element_size == 1 ? MPI_UINT8_T : MPI_INT64_T;
+    BULKLEY_MPI(MPI_Allgatherv(local.data(from), n_local, type, all.data(to), counts.data(), starts.data(), type, comm.get()));
+    ++to;
   }
   std::vector<LocalIndex> order(static_cast<std::size_t>(all.size()));
   for (LocalIndex p = 0; p < all.size(); ++p) order[static_cast<std::size_t>(p)] = p;

@@ -41,8 +41,8 @@ struct FileContent {
   std::vector<Array> arrays;
 };
 
-/// Writes `path`, or leaves what was there untouched. Throws RunError on every rank when there is no room, when a rank cannot
-/// write, or when the file does not read back as written. Collective.
+/// Writes `path`, or leaves what was there untouched. Throws RunError on every rank when there is no room, a rank cannot
+/// write, or the file does not read back as written. Collective.
 void write_array_file(const Comm& comm, const std::string& path, const FileContent& content);
 
 /// The CRC-32 and size of a piece of an array.
@@ -55,8 +55,8 @@ struct Piece {
 /// Not collective.
 void check_format(const Hdf5Reader& file, const std::string& format, GlobalIndex newest_version);
 
-/// Reads rows [first, first + n) of the first axis, some at a time, into `sink(row, n_rows, bytes)`, row counted from `first`.
-/// Not collective.
+/// Reads rows [first, first + n) of the first axis, some at a time, into `sink(row, n_rows, bytes)`; `row` counts from
+/// `first`. Not collective.
 Piece read_rows(const Hdf5Reader& file, const ArrayInfo& array, GlobalIndex first, GlobalIndex n,
                 const std::function<void(GlobalIndex, GlobalIndex, const std::byte*)>& sink);
 

@@ -31,8 +31,8 @@ struct CheckpointHeader {
   std::vector<std::string> material_names;  ///< set by the functions below
 };
 
-/// Writes `folder`/checkpoint_<step>.h5 and its XDMF sidecar, then removes the oldest checkpoints beyond the `keep` newest up
-/// to this step, and leftovers of interrupted writes. The root's header is the one that counts; its n_ranks is set to the
+/// Writes `folder`/checkpoint_<step>.h5 and its XDMF sidecar, then removes the oldest checkpoints beyond the `keep` newest
+/// up to this step, and leftovers of interrupted writes. The root's header is the one that counts; its n_ranks is set to the
 /// number of ranks. Throws RunError, and then older checkpoints are all still there. Collective.
 void write_checkpoint(const Comm& comm, const std::string& folder, const CheckpointHeader& header,
                       const ParticleSet& particles, std::span<const std::string> material_names, int keep);
@@ -48,8 +48,8 @@ CheckpointHeader read_header(const Comm& comm, const std::string& file);
 CheckpointHeader verify_checkpoint(const Comm& comm, const std::string& file);
 
 /// Replaces `particles` by particles [first, first + count) of the file, in the order of the file. The ranks' shares must
-/// follow each other in rank order and make up the whole file, so that the checksums are verified on the way. Fields that are
-/// not written are zero. Throws RunError. Collective.
+/// follow each other in rank order and make up the whole file, so that the checksums are verified on the way. Fields that
+/// are not written are zero. Throws RunError. Collective.
 void read_checkpoint(const Comm& comm, const std::string& file, GlobalIndex first, GlobalIndex count,
                      ParticleSet& particles);
 

@@ -102,10 +102,12 @@ class Hdf5Writer {
   /// Position in the file, in bytes, one past the last array. Not collective.
   GlobalIndex end_of_arrays() const { return end_of_arrays_; }
 
-  /// Writes a block of an array. Blocks must stay below 2 GiB, the limit of one MPI-IO call. Throws RunError. Not collective.
+  /// Writes a block of an array. Blocks must stay below 2 GiB, the limit of one MPI-IO call. Throws RunError.
+  /// Not collective.
   void write(const std::string& array, const Extents& start, const Extents& count, const void* data);
 
-  /// Flushes and closes; aborts all ranks on failure, since HDF5 cannot be shut down in order after a failed close. Collective.
+  /// Flushes and closes; aborts all ranks on failure, since HDF5 cannot be shut down in order after a failed close.
+  /// Collective.
   void close();
 
  private:

@@ -27,8 +27,8 @@ void rename_durably(const std::string& from, const std::string& to);
 /// Removes a file if it is there. Throws RunError.
 void remove_file(const std::string& path);
 
-/// Names (not paths) of the files in `folder` that read `prefix`, digits, `suffix`, by ascending number; empty when the folder
-/// is not there. Throws RunError when it cannot be read.
+/// Names (not paths) of the files in `folder` that read `prefix`, digits, `suffix`, by ascending number; empty when the
+/// folder is not there. Throws RunError when it cannot be read.
 std::vector<std::string> numbered_files(const std::string& folder, const std::string& prefix, const std::string& suffix);
 
 /// Lines joined by, and text cut at, newlines.

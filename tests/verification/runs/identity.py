@@ -28,6 +28,8 @@ def main():
         run = program.run(["run", str(SCENE), "--out", out, "--max-steps", str(STEPS), *method], ranks, work, 120)
         if run.code != 0:
             fail(f"the run on {ranks} ranks ended with {run.code}", run)
+        if ranks == 1:
+            continue
         compare = program.run(["compare", f"r1/{CHECKPOINT}", f"{out}/{CHECKPOINT}"], 1, work, 60)
         if compare.code != 0 or "identical" not in compare.text:
             fail(f"{ranks} ranks differ from one ({arguments.partition})", compare)

@@ -20,12 +20,14 @@ def main():
     shutil.rmtree(work, ignore_errors=True)
     work.mkdir(parents=True)
 
-    run = program.run(["run", str(SCENE), "--out", "run", "--set", "time.end=0.02", "--set", "output.grid=true"], 3, work, 120)
+    run = program.run(["run", str(SCENE), "--out", "run", "--set", "time.end=0.02", "--set", "output.grid=true"],
+                      3, work, 120)
     if run.code != 0:
         fail(f"the run ended with {run.code}", run)
     if len(list((work / "run").glob("frame_*.h5"))) != 5:
         fail("0.02 s with a frame every 0.005 s make five frames, the one at the start included")
-    check = subprocess.run([arguments.pvpython, str(ROOT / "drivers/paraview/check_output.py"), "--run", str(work / "run")],
+    check = subprocess.run([arguments.pvpython, "--force-offscreen-rendering",
+                            str(ROOT / "drivers/paraview/check_output.py"), "--run", str(work / "run")],
                            stdin=subprocess.DEVNULL, timeout=120, check=False)
     if check.returncode != 0:
         fail(f"check_output.py ended with {check.returncode}")

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A run interrupted at three different steps and restarted on other rank counts equals the uninterrupted one, bit for bit."""
+"""A run interrupted at three different steps and restarted on other rank counts equals the whole one, bit for bit."""
 
 import csv
 import pathlib
