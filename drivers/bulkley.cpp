@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 #include <petscsys.h>
 
+#include <algorithm>
 #include <cstring>
 
 #include "bulkley/base/petsc.hpp"
 #include "bulkley/base/signals.hpp"
+#include "bulkley/config/nearest.hpp"
 #include "commands.hpp"
 #include "version.hpp"
 
@@ -16,6 +18,20 @@ using namespace bulkley;
 
 void abort_on_broken_invariant(const char* expression, const char* file, int line) {
   abort_all_ranks(fmt::format("internal error: '{}' is false", expression), file, line);
+}
+
+struct Entry {
+  CLI::App* app;
+  Command command;
+};
+
+// The sentence about a first word that is no command, which CLI11 would not name; empty if it is one.
+std::string command_fault(const std::string& word, const std::vector<Entry>& entries) {
+  std::vector<std::string> names;
+  for (const Entry& entry : entries) names.push_back(entry.app->get_name());
+  if (std::find(names.begin(), names.end(), word) != names.end()) return {};
+  return fmt::format("bulkley: unknown command '{}'{}\nRun 'bulkley --help' for the commands.\n", word,
+                     config::suggestion(word, names));
 }
 
 // Prints CLI11's help or error on the root; every rank returns the same code.
@@ -36,10 +52,6 @@ ExitCode run_program(const Comm& comm, int argc, char** argv) {
                "bulkley");
   app.require_subcommand(1);
   app.set_version_flag("--version", version_text());
-  struct Entry {
-    CLI::App* app;
-    Command command;
-  };
   std::vector<Entry> entries;
   auto add = [&](const char* name, const char* text, Command (*declare)(CLI::App&)) {
     CLI::App* sub = app.add_subcommand(name, text);
@@ -52,6 +64,11 @@ ExitCode run_program(const Comm& comm, int argc, char** argv) {
   add("bench", "time the phases of a step on a fixed scene", add_bench);
   add("input-reference", "print the reference page of the scene file", add_input_reference);
 
+  if (argc > 1 && argv[1][0] != '-')
+    if (const std::string fault = command_fault(argv[1], entries); !fault.empty()) {
+      if (comm.is_root()) fmt::print(stderr, "{}", fault);
+      return ExitCode::usage;
+    }
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -110,6 +110,11 @@ GlobalIndex Simulation::start() {
   check_bodies(scene_);
   solver_ = start_solver(comm_, scene_);
   state_.bounds = solver_->bounds();
+  const std::string fault = fixed_step_fault(scene_.time, scene_.grid.cell_size, state_.bounds);
+  if (!fault.empty()) {
+    if (!scene_.time.allow_unstable) throw UsageError(fault);
+    warn(fault);
+  }
   root_guard(comm_, [&] { write_text_atomically(path_in(options_.folder, "scene.toml"), scene_.effective_text); });
   return -1;
 }

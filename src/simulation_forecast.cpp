@@ -94,8 +94,8 @@ Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks) {
   for (const Body& body : scene.bodies) {
     f.bodies.push_back(body_forecast(comm, scene, body));
     const BodyForecast& b = f.bodies.back();
-    if (!b.at_rest) start.speed.include(b.speed, 0);
-    start.wave_speed.include(b.wave_speed, 0);
+    if (!b.at_rest) start.speed.include(b.speed, -1);
+    start.wave_speed.include(b.wave_speed, -1);
     if (b.mach > 0.3)
       f.warnings.push_back(fmt::format(
           "body '{}' moves at Mach {:.2f}: impacts will compress it noticeably; a larger bulk_modulus makes it stiffer", b.name,
@@ -116,12 +116,9 @@ Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks) {
   f.limit = time_step_limit(scene.time, scene.grid.cell_size, start);
   double dt = f.limit.dt;
   if (scene.time.mode == TimeStepMode::fixed) {
-    if (scene.time.fixed_step > dt) {
-      const std::string text = fmt::format("the fixed time step of {:.6g} s is above the {} limit of {:.6g} s at the start",
-                                           scene.time.fixed_step, name(f.limit.limiter), dt);
-      if (!scene.time.allow_unstable) throw UsageError(text + "; choose a smaller time.step, mode = \"adaptive\", or allow_unstable = true");
-      f.warnings.push_back(text);
-    }
+    const std::string fault = fixed_step_fault(scene.time, scene.grid.cell_size, start);
+    if (!fault.empty() && !scene.time.allow_unstable) throw UsageError(fault);
+    if (!fault.empty()) f.warnings.push_back(fault);
     dt = scene.time.fixed_step;
     f.limit = {dt, Limiter::fixed, -1};
   }

@@ -1,6 +1,6 @@
 // ranks: 1 2 3 4 8
-// The real solver: the same bits on any number of ranks, under any partition, after rejected steps and through a restart; and
-// failures that every rank reports alike.
+// The real solver: the same bits on any number of ranks, under any partition, after rejected steps and through a restart;
+// and failures that every rank reports alike.
 #include "bulkley/solver/solver.hpp"
 
 #include <gtest/gtest.h>
@@ -55,7 +55,7 @@ SolverScene shearing_scene(const TransferSettings& transfer, double rate) {
   return scene;
 }
 
-// --- the same bits ----------------------------------------------------------------------------------------------------------
+// --- the same bits ---------------------------------------------------------------------------------------------------
 
 TEST_F(SolverTest, ParticlesAreTheSameOnAnyNumberOfRanksUnderAnyPartition) {
   for (const TransferSettings& transfer : some_transfers())
@@ -74,7 +74,8 @@ TEST_F(SolverTest, ParticlesAreTheSameOnAnyNumberOfRanksUnderAnyPartition) {
 // One block in one corner: with many ranks most of them have no particle and no pool.
 TEST_F(SolverTest, RanksWithoutParticlesTakePart) {
   SolverScene scene = empty_scene(some_transfers()[0], {8, 8, 8}, {false, false, false});
-  add_block(scene, scene.physics.grid.lower + Vec3(0.2, 0.2, 0.2), {2, 2, 2}, 0, Vec3(2.0, 2.0, 2.0));  // crosses from tile to tile
+  add_block(scene, scene.physics.grid.lower + Vec3(0.2, 0.2, 0.2), {2, 2, 2}, 0,
+            Vec3(2.0, 2.0, 2.0));  // crosses from tile to tile
   const ParticleSet alone = run(self, scene, partition_of(self, scene, PartitionMethod::uniform), 150);
   EXPECT_TRUE(same_particles(alone, run(comm, scene, partition_of(comm, scene, PartitionMethod::uniform), 150)));
   EXPECT_GT(alone.real(Field::position)[0], scene.physics.grid.lower[0] + 0.45) << "it should have left its first tile";
@@ -137,7 +138,7 @@ TEST_F(SolverTest, ARestartedRunContinuesWithTheSameBits) {
   }
 }
 
-// --- rejected steps -----------------------------------------------------------------------------------------------------------
+// --- rejected steps --------------------------------------------------------------------------------------------------
 
 // T12 (iii): an absurd first step is halved until the shear allows it; the run is then that of the step that was accepted.
 TEST_F(SolverTest, RejectedStepsLeaveNoTraceInTheParticles) {
@@ -147,7 +148,8 @@ TEST_F(SolverTest, RejectedStepsLeaveNoTraceInTheParticles) {
     absurd.physics.time.elastic_cfl = 1.0;
     absurd.physics.time.deformation_limit = 0.01;
     if (!transfer.affine())  // only the affine matrix would tell the first plan of the shear
-      for (int c = 0; c < 9; ++c) std::fill_n(absurd.particles.real(Field::affine_velocity, c), absurd.particles.size(), 0.0);
+      for (int c = 0; c < 9; ++c)
+        std::fill_n(absurd.particles.real(Field::affine_velocity, c), absurd.particles.size(), 0.0);
     else
       for (int c = 0; c < 9; ++c)
         for (LocalIndex p = 0; p < absurd.particles.size(); ++p) absurd.particles.real(Field::affine_velocity, c)[p] *= 0.05;
@@ -214,11 +216,12 @@ TEST_F(SolverTest, TooSmallASmallestStepEndsTheRunAlikeOnEveryRank) {
   scene.physics.transfer.scheme = TransferScheme::pic;
   const auto solver = solver_of(comm, scene, partition_of(comm, scene, PartitionMethod::ranges));
   TimeStepState state;
-  EXPECT_EQ(sentence([&] { solver->step(1.0, 0, state); }),
-            "the time step would fall below its smallest value of 0.0004 s: even that step deforms a particle by more than 0.001");
+  EXPECT_EQ(
+      sentence([&] { solver->step(1.0, 0, state); }),
+      "the time step would fall below its smallest value of 0.0004 s: even that step deforms a particle by more than 0.001");
 }
 
-// --- particles that leave -----------------------------------------------------------------------------------------------------
+// --- particles that leave --------------------------------------------------------------------------------------------
 
 TEST_F(SolverTest, OutflowRemovesAndCounts) {
   SolverScene scene = empty_scene(some_transfers()[0], {8, 8, 8}, {false, false, false});
@@ -249,9 +252,10 @@ TEST_F(SolverTest, AnEscapeIsTheSameErrorOnEveryRank) {
   for (const PartitionMethod method : {PartitionMethod::uniform, PartitionMethod::ranges}) {
     const auto solver = solver_of(comm, scene, partition_of(comm, scene, method));
     TimeStepState state;
-    EXPECT_EQ(sentence([&] { solver->step(1.0, 0, state); }),
-              "1 particle left the domain through a face that is no outflow; the first is particle 27 of material 'solid' at "
-              "(0.1, 1.0019, 0.5) m with speed 2 m/s and J = 1");
+    EXPECT_EQ(
+        sentence([&] { solver->step(1.0, 0, state); }),
+        "1 particle left the domain through a face that is no outflow; the first is particle 27 of material 'solid' at "
+        "(0.1, 1.0019, 0.5) m with speed 2 m/s and J = 1");
   }
 }
 
@@ -261,11 +265,13 @@ TEST_F(SolverTest, AStartOutsideTheDomainIsAnError) {
   const Partition partition = partition_of(comm, scene, PartitionMethod::uniform);
   add_particle(scene, Vec3(0.1, 5.0, 0.5));
   const std::string expected =
-      "1 particle left the domain through a face that is no outflow; the first is particle 27 of material 'solid' at (0.1, 5, 0.5) m "
+      "1 particle left the domain through a face that is no outflow; the first is particle 27 of material 'solid' at (0.1, "
+      "5, 0.5) m "
       "with speed 0 m/s and J = 1";
   EXPECT_EQ(sentence([&] { solver_of(comm, scene, partition); }), expected);
   EXPECT_EQ(sentence([&] {
-              Solver(comm, scene.physics, partition, share_of(comm, scene.particles, false), StepBounds{});  // as a restart does
+              Solver(comm, scene.physics, partition, share_of(comm, scene.particles, false),
+                     StepBounds{});  // as a restart does
             }),
             expected);
 }
@@ -286,7 +292,7 @@ TEST_F(SolverTest, AParticleThatIsNotFiniteIsNamedAndCountedOnce) {
   }
 }
 
-// --- what else the solver gives -----------------------------------------------------------------------------------------------
+// --- what else the solver gives --------------------------------------------------------------------------------------
 
 TEST_F(SolverTest, NodeValuesChangeNothingAndHoldAllMass) {
   for (const TransferSettings& transfer : some_transfers()) {

@@ -57,8 +57,9 @@ class SolverReferenceTest : public testing::Test {
  protected:
   Comm comm{PETSC_COMM_WORLD};
 
-  // Node velocities carry the rounding of order-free sums divided by the node's mass. The MLS form sees them through w, which
-  // takes the mass out again; the B-spline form through grad w, and |grad w| / w is up to 1e6 where a particle barely reaches.
+  // Node velocities carry the rounding of order-free sums divided by the node's mass. The MLS form sees them through w,
+  // which takes the mass out again; the B-spline form through grad w, and |grad w| / w grows without bound towards the edge
+  // of a particle's reach.
   static double tolerance(const TransferSettings& transfer) { return transfer.gradient == GradientForm::mls ? 1e-10 : 1e-6; }
 
   void expect_agreement(const SolverScene& scene, int n_steps, PartitionMethod method, bool scattered) {
@@ -66,12 +67,14 @@ class SolverReferenceTest : public testing::Test {
     ReferenceMpm reference = reference_of(scene);  // marches on the root only
     TimeStepState state;
     double largest_mass = 0.0;
-    for (LocalIndex p = 0; p < scene.particles.size(); ++p) largest_mass = std::max(largest_mass, scene.particles.real(Field::mass)[p]);
+    for (LocalIndex p = 0; p < scene.particles.size(); ++p)
+      largest_mass = std::max(largest_mass, scene.particles.real(Field::mass)[p]);
     Difference last;
     for (int step = 0; step < n_steps; ++step) {
       const double dt = scene.physics.time.fixed_step;
       // Both draw the line of empty nodes at the same mass.
-      reference.empty_node = 0x1p-48 * sum_bounds(scene.physics.grid, scene.physics.transfer, solver->bounds(), dt).mass / largest_mass;
+      reference.empty_node =
+          0x1p-48 * sum_bounds(scene.physics.grid, scene.physics.transfer, solver->bounds(), dt).mass / largest_mass;
       const StepReport report = solver->step(1.0, 0, state);
       EXPECT_EQ(report.plan.dt, dt);
       const bool compare = step < 3 || step % 10 == 9;
@@ -79,8 +82,9 @@ class SolverReferenceTest : public testing::Test {
       if (!comm.is_root()) continue;
       reference.step(dt);
       if (compare) last = difference(reference, found, scene.physics.transfer.affine());
-      EXPECT_LE(last.largest(), tolerance(scene.physics.transfer)) << "step " << step << ": x " << last.x << ", v " << last.v << ", C " << last.C << ", J "
-                                       << last.J << ", b " << last.b << ", tau " << last.tau << ", dissipation " << last.dissipation;
+      EXPECT_LE(last.largest(), tolerance(scene.physics.transfer))
+          << "step " << step << ": x " << last.x << ", v " << last.v << ", C " << last.C << ", J " << last.J << ", b "
+          << last.b << ", tau " << last.tau << ", dissipation " << last.dissipation;
       EXPECT_EQ(report.bounds.n_particles, static_cast<GlobalIndex>(reference.particles.size()));
     }
     if (comm.is_root()) {

@@ -1,5 +1,6 @@
 // ranks: 1
-// The controller of the time step (docs/theory.md, "Time step"), driven without particles: a made-up motion says how a step ends.
+// The controller of the time step (docs/theory.md, "Time step"), driven without particles: a made-up motion says how a step
+// ends.
 #include "bulkley/solver/time_step.hpp"
 
 #include <gtest/gtest.h>
@@ -14,7 +15,7 @@
 namespace bulkley {
 namespace {
 
-constexpr double dx = 0.1;  // m
+constexpr double dx = 0.1;      // m
 constexpr double plenty = 1e9;  // s to the next output
 
 // Bounds of particles with this largest speed, wave speed and velocity gradient, each of another particle.
@@ -27,8 +28,8 @@ StepBounds moving(double speed, double wave_speed, double gradient) {
 }
 
 // One step as the solver takes it: plans, judges by `motion` where the plan asks for it, accepts. Returns the plan taken.
-TimeStepPlan take_step(const TimeStepSettings& settings, const StepBounds& before, const StepBounds& motion, double remaining,
-                       TimeStepState& state) {
+TimeStepPlan take_step(const TimeStepSettings& settings, const StepBounds& before, const StepBounds& motion,
+                       double remaining, TimeStepState& state) {
   for (;;) {
     const TimeStepPlan plan = plan_step(settings, dx, before, remaining, state);
     if (!plan.checked || is_acceptable(settings, dx, plan, motion)) {
@@ -49,7 +50,7 @@ std::string message_of(Function function) {
   return "no error";
 }
 
-// --- the limit ------------------------------------------------------------------------------------------------------------------
+// --- the limit -------------------------------------------------------------------------------------------------------
 
 TEST(TimeStep, TheSmallestOfTheLimitsCountsAndNamesItsParticle) {
   TimeStepSettings settings;  // cfl 0.5, elastic_cfl 0.4, deformation_limit 0.1
@@ -85,7 +86,7 @@ TEST(TimeStep, WithoutAnyLimitTheUserIsAsked) {
   EXPECT_DOUBLE_EQ(plan_step(settings, dx, moving(0, 0, 0), plenty, fresh).dt, 1e-4);
 }
 
-// --- growth ------------------------------------------------------------------------------------------------------------------------
+// --- growth ----------------------------------------------------------------------------------------------------------
 
 // T12 (i): nothing deforms, so each attempt succeeds and multiplies the step by the growth factor, up to the limit.
 TEST(TimeStep, TranslationClimbsByTheGrowthFactorToTheLimit) {
@@ -150,7 +151,7 @@ TEST(TimeStep, ALimitThatShrinksCountsAtOnce) {
   EXPECT_DOUBLE_EQ(plan_step(settings, dx, moving(1.0, 0, 0), plenty, state).dt, plan.dt);
 }
 
-// --- rejection -----------------------------------------------------------------------------------------------------------------------
+// --- rejection -------------------------------------------------------------------------------------------------------
 
 TEST(TimeStep, ARejectedTrialFallsBackToTheStableStepAndDoublesTheWait) {
   TimeStepSettings settings;
@@ -187,8 +188,9 @@ TEST(TimeStep, AnyOtherBadStepHalvesTheStableStepUntilTheSmallest) {
   settings.smallest_step = 3e-3;
   TimeStepState state;
   const StepBounds still = moving(1.0, 0.0, 0.0), torn = moving(1.0, 0.0, 1e6);
-  EXPECT_EQ(message_of([&] { take_step(settings, still, torn, plenty, state); }),
-            "the time step would fall below its smallest value of 0.003 s: even that step deforms a particle by more than 0.1");
+  EXPECT_EQ(
+      message_of([&] { take_step(settings, still, torn, plenty, state); }),
+      "the time step would fall below its smallest value of 0.003 s: even that step deforms a particle by more than 0.1");
   EXPECT_EQ(state.n_rejected, 3);  // 1e-2, 5e-3, then 3e-3 itself
   // The smallest step itself is tried, not one below it.
   TimeStepState other;
@@ -213,9 +215,9 @@ TEST(TimeStep, ALimitBelowTheSmallestStepIsAnError) {
 TEST(TimeStep, WhatIsAcceptable) {
   const TimeStepSettings settings;
   const TimeStepPlan plan{1e-3, Limiter::previous, -1, true, true, false, true};
-  EXPECT_TRUE(is_acceptable(settings, dx, plan, moving(1.0, 0.0, 100.0)));   // exactly theta
+  EXPECT_TRUE(is_acceptable(settings, dx, plan, moving(1.0, 0.0, 100.0)));  // exactly theta
   EXPECT_FALSE(is_acceptable(settings, dx, plan, moving(1.0, 0.0, 100.1)));
-  EXPECT_TRUE(is_acceptable(settings, dx, plan, moving(100.0, 0.0, 0.0)));   // exactly one cell
+  EXPECT_TRUE(is_acceptable(settings, dx, plan, moving(100.0, 0.0, 0.0)));  // exactly one cell
   EXPECT_FALSE(is_acceptable(settings, dx, plan, moving(100.1, 0.0, 0.0)));
   StepBounds lost = moving(1.0, 0.0, 0.0);
   lost.n_not_finite = 1;
@@ -247,7 +249,7 @@ TEST(TimeStep, UncheckedStepsThatDeformTooMuchAreCounted) {
   EXPECT_EQ(state.n_unchecked_large, 1);
 }
 
-// --- outputs -----------------------------------------------------------------------------------------------------------------------------
+// --- outputs ---------------------------------------------------------------------------------------------------------
 
 TEST(TimeStep, OutputsAreMetExactlyAndNeverChangeTheStableStep) {
   TimeStepSettings settings;
@@ -310,7 +312,7 @@ TEST(TimeStep, ATrialThatAnOutputWouldClipIsPutOff) {
   }
 }
 
-// --- the fixed step ------------------------------------------------------------------------------------------------------------------------
+// --- the fixed step --------------------------------------------------------------------------------------------------
 
 TEST(TimeStep, AFixedStepAboveTheLimitsIsRefused) {
   TimeStepSettings settings;

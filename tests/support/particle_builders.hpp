@@ -54,7 +54,7 @@ inline void place_particle(ParticleSet& set, LocalIndex p, const Vec3& x, double
   set.id()[p] = p;
 }
 
-/// The particles `order[0], order[1], ...` of a set. The fields are the same but for velocity_gradient: zero where it is new.
+/// The particles `order[0], order[1], ...` of a set. The fields are the same but velocity_gradient, zero where it is new.
 inline ParticleSet picked(const ParticleSet& set, const std::vector<LocalIndex>& order, bool with_velocity_gradient) {
   ParticleSet result(with_velocity_gradient);
   result.resize(static_cast<LocalIndex>(order.size()));
@@ -77,7 +77,8 @@ inline ParticleSet picked(const ParticleSet& set, const std::vector<LocalIndex>&
 inline bool same_particles(const ParticleSet& a, const ParticleSet& b) {
   if (a.size() != b.size() || a.columns().size() != b.columns().size()) return false;
   for (std::size_t c = 0; c < a.columns().size(); ++c)
-    if (std::memcmp(a.data(c), b.data(c), a.columns()[c].element_size * static_cast<std::size_t>(a.size())) != 0) return false;
+    if (std::memcmp(a.data(c), b.data(c), a.columns()[c].element_size * static_cast<std::size_t>(a.size())) != 0)
+      return false;
   return true;
 }
 

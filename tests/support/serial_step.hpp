@@ -32,7 +32,8 @@ inline SerialScene open_scene(const TransferSettings& transfer) {
   scene.grid = {.lower = Vec3(-0.3, 0.2, 0.1), .cell_size = 0.125, .n_cells = {8, 8, 8}, .order = transfer.order};
   scene.transfer = transfer;
   for (Face& face : scene.faces) face.kind = FaceKind::open;
-  scene.materials = {{"solid", NeoHookean{{1000.0, 1e5, 3e4}}}, {"fluid", HerschelBulkley{{1000.0, 1e5, 3e4, 400.0, 50.0, 0.4}}}};
+  scene.materials = {{"solid", NeoHookean{{1000.0, 1e5, 3e4}}},
+                     {"fluid", HerschelBulkley{{1000.0, 1e5, 3e4, 400.0, 50.0, 0.4}}}};
   return scene;
 }
 
@@ -137,9 +138,9 @@ class SerialStep {
   SerialScene scene;
   ParticleSet particles;
   PoolLayout layout;
-  std::vector<Int3> indices;     ///< grid indices of the pool's nodes
-  std::vector<Node> nodes;       ///< {m v + dt f, m}, after update_nodes {v, m}
-  std::vector<Node> impulse;     ///< {dt f}, after update_nodes {change of v}; empty unless split()
+  std::vector<Int3> indices;  ///< grid indices of the pool's nodes
+  std::vector<Node> nodes;    ///< {m v + dt f, m}, after update_nodes {v, m}
+  std::vector<Node> impulse;  ///< {dt f}, after update_nodes {change of v}; empty unless split()
   std::vector<LocalIndex> active;
   std::vector<NodeConstraint> constraints;
   CellMap map;

@@ -53,7 +53,8 @@ inline void add_particle(SolverScene& scene, const Vec3& x, const Vec3& velocity
 inline SolverScene empty_scene(const TransferSettings& transfer, const Int3& n_cells, const std::array<bool, 3>& periodic) {
   SolverScene scene;
   Physics& physics = scene.physics;
-  physics.grid = {.lower = Vec3(-0.3, 0.2, 0.1), .cell_size = 0.1, .n_cells = n_cells, .periodic = periodic, .order = transfer.order};
+  physics.grid = {
+      .lower = Vec3(-0.3, 0.2, 0.1), .cell_size = 0.1, .n_cells = n_cells, .periodic = periodic, .order = transfer.order};
   physics.transfer = transfer;
   physics.materials = solid_and_fluid();
   physics.time.mode = TimeStepMode::fixed;
@@ -84,7 +85,8 @@ inline SolverScene contact_scene(const TransferSettings& transfer) {
 }
 
 /// A solid and a fluid block that meet across the edges of a box whose axes, or some of them, are periodic.
-inline SolverScene periodic_scene(const TransferSettings& transfer, const Int3& n_cells, const std::array<bool, 3>& periodic) {
+inline SolverScene periodic_scene(const TransferSettings& transfer, const Int3& n_cells,
+                                  const std::array<bool, 3>& periodic) {
   SolverScene scene = empty_scene(transfer, n_cells, periodic);
   const Vec3 lower = scene.physics.grid.lower, upper = scene.physics.grid.upper();
   add_block(scene, lower, {5, 6, 4}, 0, Vec3(-2.0, 1.0, 0.5));
@@ -103,7 +105,10 @@ inline SolverScene periodic_scene(const TransferSettings& transfer, const Int3& 
 /// The transfers whose code paths differ most, for tests that need not run through all.
 inline std::vector<TransferSettings> some_transfers() {
   return {{.scheme = TransferScheme::apic, .order = SplineOrder::quadratic, .gradient = GradientForm::mls},
-          {.scheme = TransferScheme::apic, .order = SplineOrder::cubic, .gradient = GradientForm::bspline, .affine_damping = 0.1},
+          {.scheme = TransferScheme::apic,
+           .order = SplineOrder::cubic,
+           .gradient = GradientForm::bspline,
+           .affine_damping = 0.1},
           {.scheme = TransferScheme::blend, .order = SplineOrder::quadratic, .gradient = GradientForm::bspline},
           {.scheme = TransferScheme::flip, .order = SplineOrder::cubic, .gradient = GradientForm::mls}};
 }
@@ -130,7 +135,8 @@ inline ParticleSet share_of(const Comm& comm, const ParticleSet& all, bool with_
 /// A solver at the scene's start. Collective.
 inline std::unique_ptr<Solver> solver_of(const Comm& comm, const SolverScene& scene, Partition partition) {
   return std::make_unique<Solver>(comm, scene.physics, std::move(partition),
-                                  share_of(comm, scene.particles, scene.physics.transfer.needs_velocity_gradient()), std::nullopt);
+                                  share_of(comm, scene.particles, scene.physics.transfer.needs_velocity_gradient()),
+                                  std::nullopt);
 }
 
 /// All particles of all ranks on every rank, ascending by id, without what lives within one step. Collective.
@@ -145,7 +151,8 @@ inline ParticleSet gathered(const Comm& comm, const ParticleSet& local) {
   for (std::size_t from = 0; from < local.columns().size(); ++from) {
     if (!local.columns()[from].moves) continue;
     const MPI_Datatype type = local.columns()[from].element_size == 1 ? MPI_UINT8_T : MPI_INT64_T;
-    BULKLEY_MPI(MPI_Allgatherv(local.data(from), n_local, type, all.data(to), counts.data(), starts.data(), type, comm.get()));
+    BULKLEY_MPI(
+        MPI_Allgatherv(local.data(from), n_local, type, all.data(to), counts.data(), starts.data(), type, comm.get()));
     ++to;
   }
   std::vector<LocalIndex> order(static_cast<std::size_t>(all.size()));

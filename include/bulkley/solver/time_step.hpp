@@ -66,6 +66,10 @@ struct TimeStepPlan {
 /// min(beta dx / v_max, alpha dx / c_max, 0.8 theta / ||L||_max of the last step, largest_step). Not collective.
 TimeStepLimit time_step_limit(const TimeStepSettings& settings, double cell_size, const StepBounds& bounds);
 
+/// What is wrong with a fixed step above the stability limits (speed, elastic, largest), as a sentence; empty when it is below
+/// them or the mode is adaptive. Not collective.
+std::string fixed_step_fault(const TimeStepSettings& settings, double cell_size, const StepBounds& bounds);
+
 /// The step to try next, with `remaining` seconds to the next output time. Starts `state` at the first call.
 /// Throws RunError when a fixed step is above the limits and that is not allowed. Not collective (alike on every rank).
 TimeStepPlan plan_step(const TimeStepSettings& settings, double cell_size, const StepBounds& bounds, double remaining,

@@ -26,7 +26,8 @@ class Bspline : public testing::Test {
 
   // Places in the cell: evenly spread, and as near to both edges as doubles go.
   static std::vector<double> places() {
-    std::vector<double> result = {lowest, std::nextafter(lowest, 2.0), std::nextafter(lowest + 1.0, 0.0), lowest + 1.0, lowest + 0.5};
+    std::vector<double> result = {lowest, std::nextafter(lowest, 2.0), std::nextafter(lowest + 1.0, 0.0), lowest + 1.0,
+                                  lowest + 0.5};
     for (int n = 0; n < 1000; ++n) result.push_back(lowest + (n + 0.37) / 1000.0);
     return result;
   }

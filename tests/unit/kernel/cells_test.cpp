@@ -74,7 +74,7 @@ LocalIndex expected_cell(const GridGeometry& grid, const PoolLayout& layout, con
   return slot < 0 ? -1 : slot * 64 + local;
 }
 
-// --- locate -------------------------------------------------------------------------------------------------------------------
+// --- locate ----------------------------------------------------------------------------------------------------------
 
 TEST(Locate, EveryParticleIsInTheCellOfItsBaseNode) {
   for (const auto order : {SplineOrder::quadratic, SplineOrder::cubic})
@@ -97,7 +97,8 @@ TEST(Locate, EveryParticleIsInTheCellOfItsBaseNode) {
       }
       EXPECT_EQ(bounds.cell_count, largest);
       ASSERT_EQ(map.count.size(), layout.tiles().size() * 64);
-      for (std::size_t cell = 0; cell < map.count.size(); ++cell) ASSERT_EQ(map.count[cell], count[static_cast<LocalIndex>(cell)]);
+      for (std::size_t cell = 0; cell < map.count.size(); ++cell)
+        ASSERT_EQ(map.count[cell], count[static_cast<LocalIndex>(cell)]);
       for (std::size_t p = positions.size(); p < map.cell.size(); ++p) EXPECT_EQ(map.cell[p], 0);
     }
 }
@@ -147,7 +148,7 @@ TEST(Locate, WithoutTilesAllAreStraysAndWithoutParticlesThereAreNone) {
   EXPECT_EQ(bounds.cell_count, 0);
 }
 
-// --- sort -----------------------------------------------------------------------------------------------------------------------
+// --- sort ------------------------------------------------------------------------------------------------------------
 
 TEST(SortParticles, OrdersByCellAndKeepsTheOrderWithinOne) {
   const GridGeometry grid = box();
@@ -179,7 +180,7 @@ TEST(SortParticles, OrdersByCellAndKeepsTheOrderWithinOne) {
   EXPECT_EQ(none.size(), 0);
 }
 
-// --- confine ------------------------------------------------------------------------------------------------------------------------
+// --- confine ---------------------------------------------------------------------------------------------------------
 
 struct Confined {
   std::vector<Vec3> positions;
@@ -321,7 +322,8 @@ TEST(Confine, PeriodicEdgesAreHalfOpenToTheLastBit) {
 TEST(Confine, MoreThanOnePeriodOutsideIsAnEscape) {
   const GridGeometry grid = box(SplineOrder::quadratic, true);
   const Vec3 length = grid.upper() - grid.lower;
-  const std::vector<Vec3> far = {grid.lower - 1.2 * length, grid.upper() + 1.2 * length, Vec3(grid.upper()[0] + 1e6, 0.5, 0.8)};
+  const std::vector<Vec3> far = {grid.lower - 1.2 * length, grid.upper() + 1.2 * length,
+                                 Vec3(grid.upper()[0] + 1e6, 0.5, 0.8)};
   const Confined result = confined(grid, all(FaceKind::periodic), far);
   EXPECT_EQ(result.bounds.n_escaped, 3);
   EXPECT_EQ(result.positions, far);

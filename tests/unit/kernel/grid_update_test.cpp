@@ -61,7 +61,8 @@ TEST(GridUpdate, OnlyActiveNodesAreTouched) {
 }
 
 TEST(GridUpdate, ConstraintsChangeVelocityAndChangeAlike) {
-  const std::vector<NodeConstraint> constraints = {{1, Contact::slip, 0.0, Vec3::UnitZ()}, {2, Contact::sticky, 0.0, Vec3::UnitX()}};
+  const std::vector<NodeConstraint> constraints = {{1, Contact::slip, 0.0, Vec3::UnitZ()},
+                                                   {2, Contact::sticky, 0.0, Vec3::UnitX()}};
   std::vector<Node> nodes(3, {{1.0, 2.0, 3.0, 4.0}}), change(3, {{0.5, 0.25, 0.125, 7.0}});
   apply_constraints(constraints, nodes.data(), change.data());
   const double v[3][4] = {{1, 2, 3, 4}, {1, 2, 0, 4}, {0, 0, 0, 4}};

@@ -96,7 +96,8 @@ TEST(OrderFree, PackLanesAreTheScalarBits) {
     const double constant = rounding_constant(bound);
     const std::vector<double> values = values_within(bound, n_lanes, 4);
     const Pack packed = rounded(load(values.data()), broadcast<Pack>(constant));
-    for (int lane = 0; lane < n_lanes; ++lane) EXPECT_EQ(packed[lane], rounded(values[static_cast<std::size_t>(lane)], constant));
+    for (int lane = 0; lane < n_lanes; ++lane)
+      EXPECT_EQ(packed[lane], rounded(values[static_cast<std::size_t>(lane)], constant));
   }
 }
 

@@ -12,7 +12,9 @@ namespace bulkley {
 namespace {
 
 // A value that tells particle, field and component apart, in every type.
-std::int64_t value_of(GlobalIndex particle, std::size_t column) { return (particle * 131 + static_cast<std::int64_t>(column) * 17) % 251; }
+std::int64_t value_of(GlobalIndex particle, std::size_t column) {
+  return (particle * 131 + static_cast<std::int64_t>(column) * 17) % 251;
+}
 
 void fill(ParticleSet& set, LocalIndex p, GlobalIndex particle) {
   for (std::size_t c = 0; c < set.columns().size(); ++c) {
