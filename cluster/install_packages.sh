@@ -43,5 +43,11 @@ echo "Installing ${#missing[@]} packages and what they depend on: ${missing[*]}"
 # --no-remove: refuse rather than take away a package that conflicts, such as python3-vtk9 with ParaView.
 apt=("${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get --quiet=2 --option Dpkg::Use-Pty=0
   --option DPkg::Lock::Timeout=300)
-"${apt[@]}" update </dev/null
-"${apt[@]}" install --assume-yes --no-install-recommends --no-remove "${missing[@]}" </dev/null
+log="$(mktemp)"
+trap 'rm -f "$log"' EXIT
+if ! { "${apt[@]}" update && "${apt[@]}" install --assume-yes --no-install-recommends --no-remove "${missing[@]}"; } \
+  </dev/null >"$log" 2>&1; then
+  tail -n 40 "$log" >&2
+  echo "cluster/install_packages.sh: apt-get could not install the packages; its last lines are above" >&2
+  exit 1
+fi
