@@ -198,7 +198,7 @@ void update(const Arguments& arg, LocalIndex p, int b, int n, const Batch<order>
   const Pack speed_squared = squares(v);
   Pack reach = square_root(speed_squared);
   if (arg.transfer.affine()) {
-    if constexpr (moments) reach += square_root(squares(affine)) * (stencil_reach(order) * arg.grid.cell_size);
+    if constexpr (moments) reach += square_root(squares(affine)) * (moment_sum_ratio(order) * arg.grid.cell_size);
   }
   const Pack mass = load(set.real(Field::mass) + p);
   include_lanes(bounds.speed, speed_squared, id, n);
@@ -278,7 +278,7 @@ void measure_particles(const GridGeometry& grid, const TransferSettings& transfe
     for (int c = 0; c < 9; ++c) affine[c] = load(particles.real(Field::affine_velocity, c) + p);
     const Pack speed_squared = squares(v), affine_squared = squares(affine);
     Pack reach = square_root(speed_squared);
-    if (transfer.affine()) reach += square_root(affine_squared) * (stencil_reach(grid.order) * grid.cell_size);
+    if (transfer.affine()) reach += square_root(affine_squared) * (moment_sum_ratio(grid.order) * grid.cell_size);
     const Pack mass = load(particles.real(Field::mass) + p);
     include_lanes(bounds.speed, speed_squared, id, n);
     include_lanes(bounds.velocity_gradient, affine_squared, id, n);

@@ -178,9 +178,9 @@ SumBounds sum_bounds(const GridGeometry& grid, const TransferSettings& transfer,
   const SplineOrder order = grid.order;
   const double slack = 1.0 + 1e-9;  // for the roundings in forming the contributions
   const double weights = slack * weight_sum_bound(order) * static_cast<double>(std::max<GlobalIndex>(bounds.cell_count, 1));
-  const double reach = transfer.gradient == GradientForm::mls ? inverse_second_moment(order) * stencil_reach(order)
+  const double ratio = transfer.gradient == GradientForm::mls ? inverse_second_moment(order) * moment_sum_ratio(order)
                                                               : gradient_sum_ratio(order);
-  const double impulse = dt * bounds.stress_volume * reach / grid.cell_size;
+  const double impulse = dt * bounds.stress_volume * ratio / grid.cell_size;
   const double momentum = bounds.momentum + (transfer.flip_fraction() > 0.0 ? 0.0 : impulse);
   return {weights * bounds.mass, weights * momentum, weights * impulse};
 }

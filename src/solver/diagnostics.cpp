@@ -91,7 +91,7 @@ Diagnostics diagnose(const Comm& comm, const GridGeometry& grid, const TransferS
   // Each term is split into a multiple of a coarse quantum and a multiple of a fine one; both sums are exact.
   std::array<double, 2 * n_terms> sums{};
   for (int k = 0; k < n_terms; ++k) {
-    const double count = static_cast<double>(n_global) + 1.0;
+    const double count = static_cast<double>(n_global) + 4.0;  // no addend is more than a quarter of the bound
     const double coarse = rounding_constant(count * largest[k]);
     const double fine = rounding_constant(count * rounding_quantum(count * largest[k]));
     for (LocalIndex p = 0; p < n; ++p) {

@@ -195,43 +195,55 @@ bool Solver::settle_locally(StepBounds& local, std::vector<Departure>& departure
   return lacks_tile;
 }
 
-// A new pool for the tiles that hold particles now, with a margin of this rank's tiles that a particle may enter soon.
+namespace {
+
+void sort_unique(std::vector<TileIndex>& tiles) {
+  std::sort(tiles.begin(), tiles.end());
+  tiles.erase(std::unique(tiles.begin(), tiles.end()), tiles.end());
+}
+
+// The tiles of this rank that hold particles, with a margin: those that a particle may enter by moving one cell.
+std::vector<TileIndex> tiles_in_reach(const GridGeometry& geometry, const ParticleSet& particles,
+                                      std::span<const std::int32_t> worker, int rank) {
+  std::vector<TileIndex> tiles;
+  Int3 last{-1, -1, -1};
+  for (LocalIndex p = 0; p < particles.size(); ++p) {
+    const Vec3 x = particles.vector(Field::position, p);
+    Int3 base, from, to;
+    for (int a = 0; a < 3; ++a) base[a] = geometry.base_node(a, x[a]);
+    if (base == last) continue;
+    last = base;
+    for (int a = 0; a < 3; ++a) {  // another tile can be reached only from a cell at the tile's edge
+      from[a] = base[a] % tile_width == 0 ? base[a] - 1 : base[a];
+      to[a] = base[a] % tile_width == tile_width - 1 ? base[a] + 1 : base[a];
+    }
+    Int3 node;
+    auto place = [&](int axis, int index) {  // false beyond the grid
+      const int n = geometry.n_nodes(axis);
+      node[axis] = geometry.periodic[axis] ? (index + n) % n : index;
+      return node[axis] >= 0 && node[axis] < n;
+    };
+    for (int i = from[0]; i <= to[0]; ++i)
+      for (int j = from[1]; j <= to[1]; ++j)
+        for (int k = from[2]; k <= to[2]; ++k) {
+          if (!place(0, i) || !place(1, j) || !place(2, k)) continue;
+          const TileIndex tile = geometry.tile_of_node(node);
+          if (worker[static_cast<std::size_t>(tile)] == rank && (tiles.empty() || tiles.back() != tile)) tiles.push_back(tile);
+        }
+    if (tiles.size() > (1u << 20)) sort_unique(tiles);  // bounds the memory of an unsorted particle set
+  }
+  sort_unique(tiles);
+  return tiles;
+}
+
+}  // namespace
+
+// A new pool for the tiles that hold particles now or may soon, and the exchange and constraints that belong to it.
 void Solver::rebuild() {
   const Phase phase(times_, "rebuild");
   ++n_rebuilds_;
   const GridGeometry& geometry = physics_.grid;
-  std::vector<TileIndex> tiles;
-  Int3 last{-1, -1, -1};
-  for (LocalIndex p = 0; p < particles_.size(); ++p) {
-    const Vec3 x = particles_.vector(Field::position, p);
-    Int3 base;
-    for (int a = 0; a < 3; ++a) base[a] = geometry.base_node(a, x[a]);
-    if (base == last) continue;
-    last = base;
-    // Every tile within one cell of the particle's own.
-    for (int i = -1; i <= 1; ++i)
-      for (int j = -1; j <= 1; ++j)
-        for (int k = -1; k <= 1; ++k) {
-          Int3 node{base[0] + i, base[1] + j, base[2] + k};
-          bool exists = true;
-          for (int a = 0; a < 3; ++a) {
-            const int n = geometry.n_nodes(a);
-            if (geometry.periodic[a]) node[a] = (node[a] + n) % n;
-            exists = exists && node[a] >= 0 && node[a] < n;
-          }
-          if (!exists) continue;
-          const TileIndex tile = geometry.tile_of_node(node);
-          if (partition_.worker[static_cast<std::size_t>(tile)] == comm_.rank() && (tiles.empty() || tiles.back() != tile))
-            tiles.push_back(tile);
-        }
-    if (tiles.size() > (1u << 20)) {
-      std::sort(tiles.begin(), tiles.end());
-      tiles.erase(std::unique(tiles.begin(), tiles.end()), tiles.end());
-    }
-  }
-  std::sort(tiles.begin(), tiles.end());
-  tiles.erase(std::unique(tiles.begin(), tiles.end()), tiles.end());
-
+  std::vector<TileIndex> tiles = tiles_in_reach(geometry, particles_, partition_.worker, comm_.rank());
   collective_guard(comm_, [&] { layout_ = PoolLayout(geometry, std::move(tiles)); });
   exchange_ = std::make_unique<Exchange>(comm_, grid_, layout_);
   pool_.assign(static_cast<std::size_t>(layout_.n_nodes()), Node{});

@@ -60,7 +60,7 @@ class SolverReferenceTest : public testing::Test {
   // Node velocities carry the rounding of order-free sums divided by the node's mass. The MLS form sees them through w,
   // which takes the mass out again; the B-spline form through grad w, and |grad w| / w grows without bound towards the edge
   // of a particle's reach.
-  static double tolerance(const TransferSettings& transfer) { return transfer.gradient == GradientForm::mls ? 1e-10 : 1e-6; }
+  static double tolerance(const TransferSettings& transfer) { return transfer.gradient == GradientForm::mls ? 1e-10 : 1e-7; }
 
   void expect_agreement(const SolverScene& scene, int n_steps, PartitionMethod method, bool scattered) {
     const auto solver = solver_of(comm, scene, partition_of(comm, scene, method, scattered));

@@ -43,14 +43,14 @@ inline void spline_derivatives(Real fx, Real (&d)[stencil_width(order)]) {
 /// D_p^-1 dx^2: the inverse of the second moment of the weights, 4 (quadratic) or 3 (cubic), whatever the position.
 constexpr double inverse_second_moment(SplineOrder order) { return order == SplineOrder::quadratic ? 4.0 : 3.0; }
 
-/// Largest distance from a particle to a node of its stencil, in cells (sqrt(3) x 3/2 or 2).
-constexpr double stencil_reach(SplineOrder order) { return 1.7320508075688774 * (order == SplineOrder::quadratic ? 1.5 : 2.0); }
-
 /// Upper bound of the sum of the weights of one node over all particles, divided by the largest number of particles with the
 /// same base cell: (sum over base cells of the largest weight in it)^3, rounded up.
 constexpr double weight_sum_bound(SplineOrder order) { return order == SplineOrder::quadratic ? 5.36 : 4.64; }
 
-/// The same with one weight replaced by dx times its gradient's norm, divided by weight_sum_bound; rounded up.
+/// The same with each weight times the distance from particle to node, in cells, divided by weight_sum_bound; rounded up.
+constexpr double moment_sum_ratio(SplineOrder order) { return order == SplineOrder::quadratic ? 0.65 : 0.725; }
+
+/// The same with each weight replaced by dx times its gradient's norm, divided by weight_sum_bound; rounded up.
 constexpr double gradient_sum_ratio(SplineOrder order) { return order == SplineOrder::quadratic ? 2.98 : 2.43; }
 
 }  // namespace bulkley

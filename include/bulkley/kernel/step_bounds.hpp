@@ -31,7 +31,7 @@ struct StepBounds {
   Extreme velocity_gradient; ///< max ||L_p||_F, 1/s
   // For the order-free sums
   double mass = 0.0;           ///< max m_p, kg
-  double momentum = 0.0;       ///< max m_p (|v_p| + |C_p| r), kg m/s, r = reach of the stencil
+  double momentum = 0.0;       ///< max m_p (|v_p| + |C_p| r), kg m/s, r = moment_sum_ratio dx
   double stress_volume = 0.0;  ///< max V_p^0 ||tau_p||, J
   GlobalIndex cell_count = 0;  ///< largest number of particles with one base cell
   // State

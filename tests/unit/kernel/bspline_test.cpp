@@ -140,10 +140,34 @@ TYPED_TEST(Bspline, SumBoundsHoldAndAreClose) {
   EXPECT_GT(gradients, 0.85 * bound);
 }
 
-TYPED_TEST(Bspline, ReachIsTheFarthestCorner) {
-  const double axis = std::max(TestFixture::lowest + 1.0, TestFixture::width - 1.0 - TestFixture::lowest);
-  EXPECT_NEAR(stencil_reach(TestFixture::order), std::sqrt(3.0) * axis, 1e-15);
-  EXPECT_GE(stencil_reach(TestFixture::order), std::sqrt(3.0) * axis);
+TYPED_TEST(Bspline, MomentSumRatioBounds) {
+  constexpr SplineOrder order = TestFixture::order;
+  constexpr int s = stencil_width(order), n_samples = 101;
+  double w[n_samples][s], distance[n_samples][s];
+  for (int a = 0; a < n_samples; ++a) {
+    const double fx = TestFixture::lowest + static_cast<double>(a) / (n_samples - 1);
+    double at[s];
+    spline_weights<order>(fx, at);
+    for (int k = 0; k < s; ++k) {
+      w[a][k] = at[k];
+      distance[a][k] = k - fx;
+    }
+  }
+  double moments = 0.0;
+  for (int i = 0; i < s; ++i)
+    for (int j = 0; j < s; ++j)
+      for (int k = 0; k < s; ++k) {
+        double largest = 0.0;
+        for (int a = 0; a < n_samples; ++a)
+          for (int b = 0; b < n_samples; ++b)
+            for (int c = 0; c < n_samples; ++c)
+              largest = std::max(largest, w[a][i] * w[b][j] * w[c][k] *
+                                              std::hypot(distance[a][i], distance[b][j], distance[c][k]));
+        moments += largest;
+      }
+  const double bound = moment_sum_ratio(order) * weight_sum_bound(order);
+  EXPECT_LE(moments, bound);
+  EXPECT_GT(moments, 0.99 * bound);
 }
 
 }  // namespace
