@@ -46,10 +46,10 @@ Scene bench_scene(const Arguments& a) {
   if (n < 18) throw UsageError(fmt::format("--particles {}: too few, at least 11500 are needed", a.n_particles));
   scene.grid.n_cells = {n, n, n};
   scene.grid.cell_size = 1.0 / n;
-  scene.transfer.scheme = a.scheme == "apic"    ? TransferScheme::apic
-                          : a.scheme == "pic"   ? TransferScheme::pic
-                          : a.scheme == "flip"  ? TransferScheme::flip
-                                                : TransferScheme::blend;
+  scene.transfer.scheme = a.scheme == "apic"   ? TransferScheme::apic
+                          : a.scheme == "pic"  ? TransferScheme::pic
+                          : a.scheme == "flip" ? TransferScheme::flip
+                                               : TransferScheme::blend;
   scene.transfer.order = scene.grid.order = a.order == "cubic" ? SplineOrder::cubic : SplineOrder::quadratic;
   scene.transfer.gradient = a.gradient == "bspline" ? GradientForm::bspline : GradientForm::mls;
   scene.gravity = {0.0, 0.0, -9.81};
@@ -89,12 +89,12 @@ double median(std::vector<double> values) {
 
 struct Result {
   GlobalIndex n_particles = 0;
-  double total = 0.0;                                    // ns per particle, step and rank; median of blocks
-  std::vector<std::pair<std::string, double>> phases;    // likewise, mean over ranks and blocks
-  double naive = 0.0;                                    // ns per particle and step, serial
-  double yielded = 0.0;                                  // fraction of particles that flow
-  double bytes_per_particle = 0.0;                       // peak resident set of the process over its particles
-  double bytes_sent = 0.0;                               // by the busiest rank in one step's exchange
+  double total = 0.0;                                  // ns per particle, step and rank; median of blocks
+  std::vector<std::pair<std::string, double>> phases;  // likewise, mean over ranks and blocks
+  double naive = 0.0;                                  // ns per particle and step, serial
+  double yielded = 0.0;                                // fraction of particles that flow
+  double bytes_per_particle = 0.0;                     // peak resident set of the process over its particles
+  double bytes_sent = 0.0;                             // by the busiest rank in one step's exchange
 };
 
 Result measure(const Comm& comm, const Arguments& a) {
@@ -155,7 +155,8 @@ Result measure(const Comm& comm, const Arguments& a) {
 
 std::string json(const Comm& comm, const Arguments& a, const Result& r) {
   std::string phases;
-  for (const auto& [phase, ns] : r.phases) phases += fmt::format("{}\n    \"{}\": {:.3f}", phases.empty() ? "" : ",", phase, ns);
+  for (const auto& [phase, ns] : r.phases)
+    phases += fmt::format("{}\n    \"{}\": {:.3f}", phases.empty() ? "" : ",", phase, ns);
   return fmt::format(
       "{{\n  \"particles\": {},\n  \"ranks\": {},\n  \"material\": \"{}\",\n  \"scheme\": \"{}\",\n  \"order\": \"{}\",\n"
       "  \"gradient\": \"{}\",\n  \"steps\": {},\n  \"yielded_fraction\": {:.4f},\n  \"ns_per_particle_step\": {:.3f},\n"
@@ -169,9 +170,13 @@ std::string json(const Comm& comm, const Arguments& a, const Result& r) {
 
 Command add_bench(CLI::App& app) {
   auto a = std::make_shared<Arguments>();
-  app.add_option("--particles", a->n_particles, "about how many, 8 per cell")->check(CLI::Range(11500, 2'000'000'000))->capture_default_str();
+  app.add_option("--particles", a->n_particles, "about how many, 8 per cell")
+      ->check(CLI::Range(11500, 2'000'000'000))
+      ->capture_default_str();
   app.add_option("--material", a->material, "neo_hookean or a preset: cream, pie, oobleck")->capture_default_str();
-  app.add_option("--steps", a->n_steps, "steps to time, in blocks of 10")->check(CLI::Range(10, 1000000))->capture_default_str();
+  app.add_option("--steps", a->n_steps, "steps to time, in blocks of 10")
+      ->check(CLI::Range(10, 1000000))
+      ->capture_default_str();
   app.add_option("--scheme", a->scheme)->check(CLI::IsMember({"apic", "pic", "flip", "blend"}))->capture_default_str();
   app.add_option("--order", a->order)->check(CLI::IsMember({"quadratic", "cubic"}))->capture_default_str();
   app.add_option("--gradient", a->gradient)->check(CLI::IsMember({"mls", "bspline"}))->capture_default_str();

@@ -47,9 +47,10 @@ ExitCode report_parse(const Comm& comm, const CLI::App& app, const CLI::ParseErr
 }
 
 ExitCode run_program(const Comm& comm, int argc, char** argv) {
-  CLI::App app("Bulkley: Material Point Method for non-Newtonian fluids and soft solids, on any number of ranks.\n"
-               "PETSc options may follow after '--'.",
-               "bulkley");
+  CLI::App app(
+      "Bulkley: Material Point Method for non-Newtonian fluids and soft solids, on any number of ranks.\n"
+      "PETSc options may follow after '--'.",
+      "bulkley");
   app.require_subcommand(1);
   app.set_version_flag("--version", version_text());
   std::vector<Entry> entries;

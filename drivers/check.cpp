@@ -14,30 +14,33 @@ void print(const Scene& scene, const Forecast& f) {
   const GridGeometry& grid = scene.grid;
   const Vec3 upper = grid.upper();
   fmt::print("scene      {}\n", scene.title.empty() ? "(no title)" : scene.title);
-  fmt::print("domain     ({:g}, {:g}, {:g}) to ({:g}, {:g}, {:g}) m\n", grid.lower[0], grid.lower[1], grid.lower[2], upper[0],
-             upper[1], upper[2]);
-  fmt::print("grid       {} x {} x {} cells of {:g} m; {} nodes, {} tiles\n", grid.n_cells[0], grid.n_cells[1], grid.n_cells[2],
-             grid.cell_size, GlobalIndex{grid.n_nodes(0)} * grid.n_nodes(1) * grid.n_nodes(2), grid.n_tiles());
+  fmt::print("domain     ({:g}, {:g}, {:g}) to ({:g}, {:g}, {:g}) m\n", grid.lower[0], grid.lower[1], grid.lower[2],
+             upper[0], upper[1], upper[2]);
+  fmt::print("grid       {} x {} x {} cells of {:g} m; {} nodes, {} tiles\n", grid.n_cells[0], grid.n_cells[1],
+             grid.n_cells[2], grid.cell_size, GlobalIndex{grid.n_nodes(0)} * grid.n_nodes(1) * grid.n_nodes(2),
+             grid.n_tiles());
   fmt::print("particles  {}\n", f.n_particles);
-  fmt::print("\n{:<16}{:<16}{:>12}{:>12}{:>12}{:>10}{:>12}{:>10}{:>10}{:>10}\n", "body", "material", "particles", "mass [kg]",
-             "U [m/s]", "L [m]", "c [m/s]", "Re", "Bi", "Ma");
+  fmt::print("\n{:<16}{:<16}{:>12}{:>12}{:>12}{:>10}{:>12}{:>10}{:>10}{:>10}\n", "body", "material", "particles",
+             "mass [kg]", "U [m/s]", "L [m]", "c [m/s]", "Re", "Bi", "Ma");
   for (const BodyForecast& b : f.bodies)
     fmt::print("{:<16}{:<16}{:>12}{:>12.4g}{:>12}{:>10.3g}{:>12.4g}{:>10}{:>10}{:>10}\n", b.name, b.material, b.n_particles,
-               b.mass, fmt::format("{:.4g}{}", b.speed, b.at_rest ? "*" : ""), b.size, b.wave_speed, dimensionless(b.reynolds),
-               dimensionless(b.bingham), dimensionless(b.mach));
+               b.mass, fmt::format("{:.4g}{}", b.speed, b.at_rest ? "*" : ""), b.size, b.wave_speed,
+               dimensionless(b.reynolds), dimensionless(b.bingham), dimensionless(b.mach));
   for (const BodyForecast& b : f.bodies)
     if (b.at_rest) {
       fmt::print("* starts at rest: U = sqrt(g L)\n");
       break;
     }
-  fmt::print("Re = rho U^2 / (tau_y + K (U/L)^n), Bi = tau_y / (K (U/L)^n), Ma = U / c; '-' where the material does not flow\n");
+  fmt::print(
+      "Re = rho U^2 / (tau_y + K (U/L)^n), Bi = tau_y / (K (U/L)^n), Ma = U / c; '-' where the material does not flow\n");
   for (const NamedMaterial& m : scene.materials)
     if (const auto* fluid = std::get_if<HerschelBulkley>(&m.material)) {
       const ShearRheometerConstants c = shear_rheometer_constants(fluid->parameters);
-      fmt::print("{}: shear rheometer yield_stress = {:.6g} Pa, consistency = {:.6g} Pa s^n, flow_index = {:g}; "
-                 "Yue sigma_Y = {:.6g} Pa, eta = {:.6g} Pa s^h, h = {:g}\n",
-                 m.name, c.yield_stress, c.consistency, c.flow_index, fluid->parameters.sigma_Y, fluid->parameters.eta,
-                 fluid->parameters.h);
+      fmt::print(
+          "{}: shear rheometer yield_stress = {:.6g} Pa, consistency = {:.6g} Pa s^n, flow_index = {:g}; "
+          "Yue sigma_Y = {:.6g} Pa, eta = {:.6g} Pa s^h, h = {:g}\n",
+          m.name, c.yield_stress, c.consistency, c.flow_index, fluid->parameters.sigma_Y, fluid->parameters.eta,
+          fluid->parameters.h);
     }
   fmt::print("\nranks      {} ({} x {} x {}): at most {} particles a rank, imbalance {:.3f}\n", f.n_ranks, f.process_grid[0],
              f.process_grid[1], f.process_grid[2], f.largest_share, f.imbalance);

@@ -26,8 +26,7 @@ std::string read_on_root(const Comm& comm, const std::string& path) {
   std::string text;
   root_guard(comm, [&] {
     std::error_code ignored;
-    if (std::filesystem::is_directory(path, ignored))
-      throw UsageError(fmt::format("{}: is a folder, not a file", path));
+    if (std::filesystem::is_directory(path, ignored)) throw UsageError(fmt::format("{}: is a folder, not a file", path));
     std::ifstream stream(path, std::ios::binary);
     if (!stream) throw UsageError(fmt::format("{}: cannot be opened", path));
     std::ostringstream content;

@@ -19,10 +19,9 @@ std::string version_text() {
   std::array<char, MPI_MAX_LIBRARY_VERSION_STRING> mpi{};
   int length = 0;
   if (MPI_Get_library_version(mpi.data(), &length) != MPI_SUCCESS) mpi[0] = '\0';
-  return fmt::format(
-      "Bulkley {} (commit {})\ncompiler  {}, {} build, {}\nPETSc     {}\nHDF5      {}\nMPI       {}", version, git_commit,
-      compiler, build_type, compiler_flags, petsc.data(),
-      hdf5_known ? fmt::format("{}.{}.{}", major, minor, release) : std::string("unknown"), mpi.data());
+  return fmt::format("Bulkley {} (commit {})\ncompiler  {}, {} build, {}\nPETSc     {}\nHDF5      {}\nMPI       {}", version,
+                     git_commit, compiler, build_type, compiler_flags, petsc.data(),
+                     hdf5_known ? fmt::format("{}.{}.{}", major, minor, release) : std::string("unknown"), mpi.data());
 }
 
 }  // namespace bulkley

@@ -78,13 +78,13 @@ class Simulation {
   RunClock clock_;
   StepReport report_;
   std::string last_checkpoint_;
-  GlobalIndex checkpoint_step_ = -1;      // of the last checkpoint on disk
-  double last_checkpoint_time_ = 0.0;     // MPI_Wtime, root's clock decides
-  double checkpoint_seconds_ = 0.0;       // what the last one took
-  double slowest_step_ = 0.0;             // s, for the wall-time stop
+  GlobalIndex checkpoint_step_ = -1;   // of the last checkpoint on disk
+  double last_checkpoint_time_ = 0.0;  // MPI_Wtime, root's clock decides
+  double checkpoint_seconds_ = 0.0;    // what the last one took
+  double slowest_step_ = 0.0;          // s, for the wall-time stop
   double last_progress_ = 0.0;
-  GlobalIndex history_step_ = 0;          // of the last row
-  double history_stepping_ = 0.0;         // clock_.stepping at the last row
+  GlobalIndex history_step_ = 0;   // of the last row
+  double history_stepping_ = 0.0;  // clock_.stepping at the last row
 };
 
 // The folder exists, holds no other run, and takes the effective scene.
@@ -130,8 +130,9 @@ GlobalIndex Simulation::restore() {
   }
   const CheckpointHeader header = read_header(comm_, file);
   if (header.material_names != material_names(scene_))
-    throw UsageError(fmt::format("{}: its materials are [{}], those of the scene [{}]: this is a checkpoint of another scene", file,
-                                 fmt::join(header.material_names, ", "), fmt::join(material_names(scene_), ", ")));
+    throw UsageError(
+        fmt::format("{}: its materials are [{}], those of the scene [{}]: this is a checkpoint of another scene", file,
+                    fmt::join(header.material_names, ", "), fmt::join(material_names(scene_), ", ")));
   if (header.scene_text != scene_.effective_text)
     warn(fmt::format("{}: was written by a scene that differs from this one; continuing with this one", file));
   state_ = load_state(header.step, header.time, header.reals, header.integers);
@@ -201,7 +202,9 @@ void Simulation::write_frame_if_due(bool landed) {
     const PetscScalar* data = nullptr;
     BULKLEY_PETSC(VecGetArrayRead(values.get(), &data));
     const Grid& grid = solver_->grid();
-    const GridNodes nodes{grid.geometry(), grid.first(), grid.count(),
+    const GridNodes nodes{grid.geometry(),
+                          grid.first(),
+                          grid.count(),
                           {reinterpret_cast<const Node*>(data), static_cast<std::size_t>(grid.n_owned())}};
     write_frame(comm_, options_.folder, info, solver_->particles(), scene_.materials, scene_.output, &nodes);
     BULKLEY_PETSC(VecRestoreArrayRead(values.get(), &data));
@@ -215,8 +218,8 @@ void Simulation::write_frame_if_due(bool landed) {
 
 void Simulation::write_history(const StepReport* report) {
   const double before = MPI_Wtime();
-  const Diagnostics diagnostics = diagnose(comm_, scene_.grid, scene_.transfer, scene_.gravity, scene_.materials,
-                                           solver_->particles());
+  const Diagnostics diagnostics =
+      diagnose(comm_, scene_.grid, scene_.transfer, scene_.gravity, scene_.materials, solver_->particles());
   const auto steps = static_cast<double>(std::max<GlobalIndex>(state_.step - history_step_, 1));
   const double seconds_per_step = (clock_.stepping - history_stepping_) / steps;
   history_->write(comm_, history_row(state_, report, diagnostics, comm_.size(), seconds_per_step));
@@ -285,15 +288,16 @@ RunOutcome Simulation::run() {
     const auto asked = static_cast<Request>(report_.bounds.stop_request);
     if (asked == Request::stop && !at_end()) {
       save_checkpoint();
-      finish(RunState::stopped, fmt::format("on request at step {}; continue with: bulkley run ... --out {} --restart", state_.step,
-                                    options_.folder));
+      finish(RunState::stopped, fmt::format("on request at step {}; continue with: bulkley run ... --out {} --restart",
+                                            state_.step, options_.folder));
       return RunOutcome::stopped;
     }
     if (checkpoint_due(asked)) save_checkpoint();
   }
   if (scene_.checkpoint.at_end || options_.max_steps >= 0) save_checkpoint();
-  finish(RunState::finished, state_.time >= scene_.time.end_time ? std::string("reached the end time")
-                                                                : fmt::format("reached step {} (--max-steps)", state_.step));
+  finish(RunState::finished, state_.time >= scene_.time.end_time
+                                 ? std::string("reached the end time")
+                                 : fmt::format("reached step {} (--max-steps)", state_.step));
   return RunOutcome::finished;
 }
 
@@ -305,10 +309,11 @@ RunOutcome run_simulation(const Comm& comm, const Scene& scene, const RunOptions
     return simulation.run();
   } catch (const RunError& error) {  // alike on every rank
     const std::string& checkpoint = simulation.last_checkpoint();
-    const std::string text = fmt::format(
-        "step {}, t = {:g} s: {}; {}", simulation.state().step + 1, simulation.state().time, error.what(),
-        checkpoint.empty() ? "there is no checkpoint yet" : "the last good checkpoint is " + checkpoint);
-    write_status(comm, options.folder, {RunState::failed, simulation.state().step, simulation.state().time, checkpoint, text});
+    const std::string text =
+        fmt::format("step {}, t = {:g} s: {}; {}", simulation.state().step + 1, simulation.state().time, error.what(),
+                    checkpoint.empty() ? "there is no checkpoint yet" : "the last good checkpoint is " + checkpoint);
+    write_status(comm, options.folder,
+                 {RunState::failed, simulation.state().step, simulation.state().time, checkpoint, text});
     throw RunError(text);
   }
 }

@@ -98,8 +98,8 @@ Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks) {
     start.wave_speed.include(b.wave_speed, -1);
     if (b.mach > 0.3)
       f.warnings.push_back(fmt::format(
-          "body '{}' moves at Mach {:.2f}: impacts will compress it noticeably; a larger bulk_modulus makes it stiffer", b.name,
-          b.mach));
+          "body '{}' moves at Mach {:.2f}: impacts will compress it noticeably; a larger bulk_modulus makes it stiffer",
+          b.name, b.mach));
   }
   const std::vector<GlobalIndex> load = seeded_load(comm, scene);
   const Partition partition = make_partition(scene.grid, scene.partition, load, n_ranks);
@@ -124,12 +124,14 @@ Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks) {
   }
   f.n_steps = std::ceil(scene.time.end_time / dt);
   if (f.n_steps > many_steps)
-    f.warnings.push_back(fmt::format(
-        "the run needs about {:.2g} steps (more than {:.0g}), because the stiffest material has a wave speed of {:.4g} m/s; a "
-        "smaller bulk_modulus is enough while the Mach number stays below 0.1",
-        f.n_steps, many_steps, start.wave_speed.value));
+    f.warnings.push_back(
+        fmt::format("the run needs about {:.2g} steps (more than {:.0g}), because the stiffest material has a wave speed of "
+                    "{:.4g} m/s; a "
+                    "smaller bulk_modulus is enough while the Mach number stays below 0.1",
+                    f.n_steps, many_steps, start.wave_speed.value));
   if (n_ranks > 1 && f.largest_share > 0 && *std::min_element(share.begin(), share.end()) == 0)
-    f.warnings.push_back(fmt::format("{} of {} ranks start without particles", std::count(share.begin(), share.end(), 0), n_ranks));
+    f.warnings.push_back(
+        fmt::format("{} of {} ranks start without particles", std::count(share.begin(), share.end(), 0), n_ranks));
   return f;
 }
 

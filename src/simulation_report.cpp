@@ -10,19 +10,49 @@
 namespace bulkley {
 
 std::vector<std::string> history_columns() {
-  return {"step", "time [s]", "dt [s]", "limiter", "limiter_id", "trials", "accepted_trials", "rejected_steps",
-          "unchecked_large_steps", "mass [kg]",
-          "momentum_x [kg m/s]", "momentum_y [kg m/s]", "momentum_z [kg m/s]",
-          "angular_momentum_x [kg m^2/s]", "angular_momentum_y [kg m^2/s]", "angular_momentum_z [kg m^2/s]",
-          "kinetic_energy [J]", "elastic_energy [J]", "gravitational_energy [J]", "dissipated_energy [J]",
-          "center_of_mass_x [m]", "center_of_mass_y [m]", "center_of_mass_z [m]",
-          "lower_x [m]", "lower_y [m]", "lower_z [m]", "upper_x [m]", "upper_y [m]", "upper_z [m]",
-          "max_speed [m/s]", "max_velocity_gradient [1/s]", "max_wave_speed [m/s]", "min_volume_ratio", "max_volume_ratio",
-          "yielded_fraction", "particles", "removed_particles", "imbalance", "wall_time_per_step [s]"};
+  return {"step",
+          "time [s]",
+          "dt [s]",
+          "limiter",
+          "limiter_id",
+          "trials",
+          "accepted_trials",
+          "rejected_steps",
+          "unchecked_large_steps",
+          "mass [kg]",
+          "momentum_x [kg m/s]",
+          "momentum_y [kg m/s]",
+          "momentum_z [kg m/s]",
+          "angular_momentum_x [kg m^2/s]",
+          "angular_momentum_y [kg m^2/s]",
+          "angular_momentum_z [kg m^2/s]",
+          "kinetic_energy [J]",
+          "elastic_energy [J]",
+          "gravitational_energy [J]",
+          "dissipated_energy [J]",
+          "center_of_mass_x [m]",
+          "center_of_mass_y [m]",
+          "center_of_mass_z [m]",
+          "lower_x [m]",
+          "lower_y [m]",
+          "lower_z [m]",
+          "upper_x [m]",
+          "upper_y [m]",
+          "upper_z [m]",
+          "max_speed [m/s]",
+          "max_velocity_gradient [1/s]",
+          "max_wave_speed [m/s]",
+          "min_volume_ratio",
+          "max_volume_ratio",
+          "yielded_fraction",
+          "particles",
+          "removed_particles",
+          "imbalance",
+          "wall_time_per_step [s]"};
 }
 
-std::vector<HistoryValue> history_row(const SimulationState& state, const StepReport* report, const Diagnostics& d, int n_ranks,
-                                      double seconds_per_step) {
+std::vector<HistoryValue> history_row(const SimulationState& state, const StepReport* report, const Diagnostics& d,
+                                      int n_ranks, double seconds_per_step) {
   const StepBounds& b = state.bounds;
   std::vector<HistoryValue> row{state.step, state.time};
   row.emplace_back(report ? report->plan.dt : 0.0);
@@ -57,17 +87,18 @@ double particle_imbalance(const StepBounds& bounds, int n_ranks) {
   return static_cast<double>(bounds.largest_share) * n_ranks / static_cast<double>(bounds.n_particles);
 }
 
-std::string progress_line(const SimulationState& state, const TimeStepPlan& plan, double end_time, const RunClock& clock, int n_ranks) {
+std::string progress_line(const SimulationState& state, const TimeStepPlan& plan, double end_time, const RunClock& clock,
+                          int n_ranks) {
   const double elapsed = MPI_Wtime() - clock.start;
   const double rate = clock.stepping > 0.0 ? clock.particle_steps / clock.stepping * 1e-6 : 0.0;
   const auto steps_done = static_cast<double>(std::max<GlobalIndex>(state.step - clock.first_step, 1));
   const double steps_left = (end_time - state.time) / std::max(plan.dt, 1e-300);
-  return fmt::format("step {:>8}  t = {:.5f} / {:g} s  dt = {:.2e} s ({})  {} particles  v_max = {:.3g} m/s  imbalance {:.2f}  "
-                     "{:.2f} M particle-steps/s  elapsed {}  left {}",
-                     state.step, state.time, end_time, plan.dt, name(plan.limiter), state.bounds.n_particles,
-                     state.bounds.speed.value, particle_imbalance(state.bounds, n_ranks), rate,
-                     duration_text(static_cast<double>(static_cast<long>(elapsed))),
-                     duration_text(static_cast<double>(static_cast<long>(steps_left * elapsed / steps_done))));
+  return fmt::format(
+      "step {:>8}  t = {:.5f} / {:g} s  dt = {:.2e} s ({})  {} particles  v_max = {:.3g} m/s  imbalance {:.2f}  "
+      "{:.2f} M particle-steps/s  elapsed {}  left {}",
+      state.step, state.time, end_time, plan.dt, name(plan.limiter), state.bounds.n_particles, state.bounds.speed.value,
+      particle_imbalance(state.bounds, n_ranks), rate, duration_text(static_cast<double>(static_cast<long>(elapsed))),
+      duration_text(static_cast<double>(static_cast<long>(steps_left * elapsed / steps_done))));
 }
 
 std::string run_summary(const Comm& comm, const SimulationState& state, const RunClock& clock, const PhaseTimes& times) {
@@ -79,13 +110,15 @@ std::string run_summary(const Comm& comm, const SimulationState& state, const Ru
   };
   const double total = MPI_Wtime() - clock.start;
   std::string text = fmt::format(
-      "{} steps to t = {:g} s in {} ({} in steps, {} in output); {} trials, {} accepted; {} steps rejected before they were taken\n",
-      state.step - clock.first_step, state.time, duration_text(total), duration_text(clock.stepping), duration_text(clock.output),
-      state.controller.n_trials, state.controller.n_accepted, state.controller.n_rejected);
+      "{} steps to t = {:g} s in {} ({} in steps, {} in output); {} trials, {} accepted; {} steps rejected before they were "
+      "taken\n",
+      state.step - clock.first_step, state.time, duration_text(total), duration_text(clock.stepping),
+      duration_text(clock.output), state.controller.n_trials, state.controller.n_accepted, state.controller.n_rejected);
   text += fmt::format("{} particles on {} ranks, imbalance {:.3f}, {} removed; peak memory {:.0f} MiB on the largest rank\n",
                       state.bounds.n_particles, comm.size(), particle_imbalance(state.bounds, comm.size()), state.n_removed,
                       peak / (1024.0 * 1024.0));
-  text += fmt::format("{:.1f} ns per particle, step and rank (ranks x time / particle-steps):", per_particle(clock.stepping));
+  text +=
+      fmt::format("{:.1f} ns per particle, step and rank (ranks x time / particle-steps):", per_particle(clock.stepping));
   for (const PhaseSummary& phase : phases) text += fmt::format("  {} {:.1f}", phase.name, per_particle(phase.mean));
   return text;
 }

@@ -23,18 +23,19 @@ double particle_imbalance(const StepBounds& bounds, int n_ranks);
 
 /// What the run has cost so far, on this rank's clock.
 struct RunClock {
-  double start = 0.0;            ///< MPI_Wtime at the start
-  double stepping = 0.0;         ///< s in steps
-  double output = 0.0;           ///< s in frames, history and checkpoints
-  double particle_steps = 0.0;   ///< sum over steps of the global number of particles
-  GlobalIndex first_step = 0;    ///< step number the process started from
+  double start = 0.0;           ///< MPI_Wtime at the start
+  double stepping = 0.0;        ///< s in steps
+  double output = 0.0;          ///< s in frames, history and checkpoints
+  double particle_steps = 0.0;  ///< sum over steps of the global number of particles
+  GlobalIndex first_step = 0;   ///< step number the process started from
 };
 
 /// step, time, time step and its limiter, particles, largest speed, imbalance, rate, elapsed and remaining time.
-std::string progress_line(const SimulationState& state, const TimeStepPlan& plan, double end_time, const RunClock& clock, int n_ranks);
+std::string progress_line(const SimulationState& state, const TimeStepPlan& plan, double end_time, const RunClock& clock,
+                          int n_ranks);
 
-/// Lines at the end of a run: steps, rejected trials, ns per particle per step overall and per phase, imbalance, output time,
-/// peak memory per rank. Collective.
+/// Lines at the end of a run: steps, rejected trials, ns per particle per step overall and per phase, imbalance, output
+/// time, peak memory per rank. Collective.
 std::string run_summary(const Comm& comm, const SimulationState& state, const RunClock& clock, const PhaseTimes& times);
 
 }  // namespace bulkley

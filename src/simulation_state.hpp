@@ -11,10 +11,10 @@ namespace bulkley {
 
 struct SimulationState {
   GlobalIndex step = 0;
-  double time = 0.0;            ///< s
-  GlobalIndex next_frame = 0;   ///< number of the next frame to write
-  GlobalIndex n_removed = 0;    ///< particles that left through outflow faces so far
-  double last_step = 0.0;       ///< s, the time step taken last
+  double time = 0.0;           ///< s
+  GlobalIndex next_frame = 0;  ///< number of the next frame to write
+  GlobalIndex n_removed = 0;   ///< particles that left through outflow faces so far
+  double last_step = 0.0;      ///< s, the time step taken last
   TimeStepState controller;
   StepBounds bounds;
 };

@@ -16,14 +16,14 @@ struct BodyForecast {
   std::string name;
   std::string material;
   GlobalIndex n_particles = 0;
-  double mass = 0.0;         ///< kg
-  double speed = 0.0;        ///< U, m/s
-  bool at_rest = false;      ///< U is sqrt(g L)
-  double size = 0.0;         ///< L, m
-  double wave_speed = 0.0;   ///< c at rest, m/s
-  double reynolds = 0.0;     ///< rho U^2 / (tau_y + K (U / L)^n)
-  double bingham = 0.0;      ///< tau_y / (K (U / L)^n)
-  double mach = 0.0;         ///< U / c
+  double mass = 0.0;        ///< kg
+  double speed = 0.0;       ///< U, m/s
+  bool at_rest = false;     ///< U is sqrt(g L)
+  double size = 0.0;        ///< L, m
+  double wave_speed = 0.0;  ///< c at rest, m/s
+  double reynolds = 0.0;    ///< rho U^2 / (tau_y + K (U / L)^n)
+  double bingham = 0.0;     ///< tau_y / (K (U / L)^n)
+  double mach = 0.0;        ///< U / c
 };
 
 struct Forecast {
@@ -31,11 +31,11 @@ struct Forecast {
   GlobalIndex n_particles = 0;
   int n_ranks = 1;
   Int3 process_grid{1, 1, 1};
-  double imbalance = 1.0;             ///< largest over mean particles per rank at the start
-  GlobalIndex largest_share = 0;      ///< particles of the fullest rank
-  double bytes_per_rank = 0.0;        ///< of the fullest rank, without what the libraries take
-  TimeStepLimit limit{};              ///< at the start
-  double n_steps = 0.0;               ///< end time over the step that the limits (or the user) allow at the start
+  double imbalance = 1.0;         ///< largest over mean particles per rank at the start
+  GlobalIndex largest_share = 0;  ///< particles of the fullest rank
+  double bytes_per_rank = 0.0;    ///< of the fullest rank, without what the libraries take
+  TimeStepLimit limit{};          ///< at the start
+  double n_steps = 0.0;           ///< end time over the step that the limits (or the user) allow at the start
   std::vector<std::string> warnings;
 };
 

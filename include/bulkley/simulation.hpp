@@ -9,13 +9,13 @@
 namespace bulkley {
 
 struct RunOptions {
-  std::string folder;                 ///< where everything is written; created
-  bool restart = false;               ///< continue from a checkpoint
-  std::string restart_file;           ///< empty: the newest whole checkpoint of `folder`
-  bool overwrite = false;             ///< delete an earlier run in `folder` instead of refusing
-  GlobalIndex max_steps = -1;         ///< stop after this step number; < 0: no bound
-  double max_walltime = 0.0;          ///< s; 0: no bound
-  bool quiet = false;                 ///< no progress lines
+  std::string folder;          ///< where everything is written; created
+  bool restart = false;        ///< continue from a checkpoint
+  std::string restart_file;    ///< empty: the newest whole checkpoint of `folder`
+  bool overwrite = false;      ///< delete an earlier run in `folder` instead of refusing
+  GlobalIndex max_steps = -1;  ///< stop after this step number; < 0: no bound
+  double max_walltime = 0.0;   ///< s; 0: no bound
+  bool quiet = false;          ///< no progress lines
 };
 
 enum class RunOutcome {
@@ -23,8 +23,8 @@ enum class RunOutcome {
   stopped,   ///< signal or wall time, with a good checkpoint
 };
 
-/// Runs `scene`. Throws UsageError (folder in use, nothing to restart from, a checkpoint of another scene) and RunError, alike
-/// on every rank; status.json tells the outcome in either case. Collective.
+/// Runs `scene`. Throws UsageError (folder in use, nothing to restart from, a checkpoint of another scene) and RunError,
+/// alike on every rank; status.json tells the outcome in either case. Collective.
 RunOutcome run_simulation(const Comm& comm, const Scene& scene, const RunOptions& options);
 
 }  // namespace bulkley

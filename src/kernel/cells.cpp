@@ -10,9 +10,7 @@ namespace bulkley {
 
 namespace {
 
-bool is_wall(FaceKind kind) {
-  return kind == FaceKind::sticky || kind == FaceKind::slip || kind == FaceKind::separating;
-}
+bool is_wall(FaceKind kind) { return kind == FaceKind::sticky || kind == FaceKind::slip || kind == FaceKind::separating; }
 
 enum class Verdict { inside, removed, escaped };
 
@@ -40,7 +38,8 @@ Verdict confine_coordinate(const GridGeometry& grid, const Faces& faces, int axi
 
 void confine(const GridGeometry& grid, const Faces& faces, ParticleSet& particles, std::vector<LocalIndex>& removed,
              StepBounds& bounds) {
-  double* x[3] = {particles.real(Field::position, 0), particles.real(Field::position, 1), particles.real(Field::position, 2)};
+  double* x[3] = {particles.real(Field::position, 0), particles.real(Field::position, 1),
+                  particles.real(Field::position, 2)};
   const Vec3 lower = grid.lower, upper = grid.upper();
   const LocalIndex n = particles.size();
   for (LocalIndex p = 0; p < n; ++p) {

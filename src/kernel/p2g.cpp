@@ -4,15 +4,15 @@
 #include <cstring>
 #include <type_traits>
 
-#include "bulkley/base/tensor.hpp"
 #include "batch.hpp"
+#include "bulkley/base/tensor.hpp"
 
 namespace bulkley {
 
 namespace {
 
-// What one particle gives to the nodes: w (q + i a_x + j a_y + k a_z) to node (i, j, k) of its stencil, plus, for the B-spline
-// form of the force, the gradient of w contracted with the columns of F.
+// What one particle gives to the nodes: w (q + i a_x + j a_y + k a_z) to node (i, j, k) of its stencil, plus, for the
+// B-spline form of the force, the gradient of w contracted with the columns of F.
 template <int n_columns>
 struct Columns {
   alignas(64) double c[4 * n_columns][batch_size];
@@ -120,7 +120,8 @@ void scatter(const Arguments& arg, LocalIndex cell, int b, const Batch<order>& b
   if constexpr (form == GradientForm::bspline) {
     fx = batch.impulse.quad(0, b), fy = batch.impulse.quad(1, b), fz = batch.impulse.quad(2, b);
   } else if constexpr (split) {
-    fi = batch.impulse.quad(0, b), fx = batch.impulse.quad(1, b), fy = batch.impulse.quad(2, b), fz = batch.impulse.quad(3, b);
+    fi = batch.impulse.quad(0, b), fx = batch.impulse.quad(1, b), fy = batch.impulse.quad(2, b),
+    fz = batch.impulse.quad(3, b);
   }
 #pragma GCC unroll 4
   for (int i = 0; i < s; ++i) {

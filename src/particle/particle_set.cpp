@@ -142,8 +142,8 @@ void ParticleSet::remove(std::span<const LocalIndex> gone) {
   for (std::size_t c = 0; c < columns_.size(); ++c) {
     const std::size_t element = columns_[c].element_size;
     for (std::size_t k = 0; k < n_gaps; ++k)
-      std::memcpy(data_[c] + static_cast<std::size_t>(gone[k]) * element, data_[c] + static_cast<std::size_t>(from[k]) * element,
-                  element);
+      std::memcpy(data_[c] + static_cast<std::size_t>(gone[k]) * element,
+                  data_[c] + static_cast<std::size_t>(from[k]) * element, element);
   }
   resize(remaining);
 }

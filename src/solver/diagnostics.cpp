@@ -48,8 +48,11 @@ Terms terms_of(const GridGeometry& grid, const TransferSettings& transfer, const
   State<double> state;
   for (int c = 0; c < 6; ++c) state.left_cauchy_green.c[c] = set.real(Field::left_cauchy_green, c)[p];
   state.volume_ratio = set.real(Field::volume_ratio)[p];
-  const Energy energy = std::visit([&](const auto& law) { return Energy{law.energy_density(state), law.flows}; },
-                                   materials[set.material()[p]].material);
+  const Energy energy = std::visit(
+      [&](const auto& law) {
+        return Energy{law.energy_density(state), law.flows};
+      },
+      materials[set.material()[p]].material);
   Terms t{};
   t[mass] = m;
   for (int a = 0; a < 3; ++a) {
@@ -85,7 +88,8 @@ Diagnostics diagnose(const Comm& comm, const GridGeometry& grid, const TransferS
       largest[n_terms + 3 + a] = std::max(largest[n_terms + 3 + a], -x);
     }
   }
-  BULKLEY_MPI(MPI_Allreduce(MPI_IN_PLACE, largest.data(), static_cast<int>(largest.size()), MPI_DOUBLE, MPI_MAX, comm.get()));
+  BULKLEY_MPI(
+      MPI_Allreduce(MPI_IN_PLACE, largest.data(), static_cast<int>(largest.size()), MPI_DOUBLE, MPI_MAX, comm.get()));
   const GlobalIndex n_global = sum_global(comm, n);
 
   // Each term is split into a multiple of a coarse quantum and a multiple of a fine one; both sums are exact.

@@ -16,8 +16,8 @@ std::string describe_failure(const Comm& comm, const ParticleSet& particles, con
   if (here) {
     const auto p = static_cast<LocalIndex>(found - id);
     const Vec3 x = particles.vector(Field::position, p), v = particles.vector(Field::velocity, p);
-    text = fmt::format("particle {} of material '{}' at ({:.6g}, {:.6g}, {:.6g}) m with speed {:.6g} m/s and J = {:.6g}", *found,
-                       materials[particles.material()[p]].name, x[0], x[1], x[2], v.norm(),
+    text = fmt::format("particle {} of material '{}' at ({:.6g}, {:.6g}, {:.6g}) m with speed {:.6g} m/s and J = {:.6g}",
+                       *found, materials[particles.material()[p]].name, x[0], x[1], x[2], v.norm(),
                        particles.real(Field::volume_ratio)[p]);
   }
   const auto speaker = static_cast<int>(min_global(comm, here ? GlobalIndex{comm.rank()} : GlobalIndex{comm.size()}));

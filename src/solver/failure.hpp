@@ -11,8 +11,8 @@
 
 namespace bulkley {
 
-/// What went wrong in a step whose merged `bounds` have failed(): how many particles, and id, position, speed and material of
-/// the one with the smallest id. The same text on every rank. Collective.
+/// What went wrong in a step whose merged `bounds` have failed(): how many particles, and id, position, speed and material
+/// of the one with the smallest id. The same text on every rank. Collective.
 std::string describe_failure(const Comm& comm, const ParticleSet& particles, const std::vector<NamedMaterial>& materials,
                              const StepBounds& bounds);
 

@@ -46,7 +46,8 @@ void zero(std::span<const LocalIndex> active, Node* nodes) {
 
 }  // namespace
 
-Solver::Solver(const Comm& comm, Physics physics, Partition partition, ParticleSet particles, std::optional<StepBounds> bounds)
+Solver::Solver(const Comm& comm, Physics physics, Partition partition, ParticleSet particles,
+               std::optional<StepBounds> bounds)
     : comm_(comm),
       physics_(std::move(physics)),
       partition_(std::move(partition)),
@@ -91,7 +92,8 @@ void Solver::transfer_to_grid(double dt) {
   const SumBounds sums = sum_bounds(physics_.grid, physics_.transfer, bounds_, dt);
   {
     const Phase phase(times_, "p2g");
-    p2g(physics_.grid, physics_.transfer, layout_, particles_, map_, sums, dt, pool_.data(), split ? impulse_.data() : nullptr);
+    p2g(physics_.grid, physics_.transfer, layout_, particles_, map_, sums, dt, pool_.data(),
+        split ? impulse_.data() : nullptr);
   }
   const NodeAccess owned(owned_), impulse(owned_impulse_);
   const auto active = exchange_->active_nodes();
@@ -131,8 +133,7 @@ void Solver::transfer_to_particles(double dt, StepBounds& local) {
         particles_, local);
   }
   const Phase phase(times_, "stress_update");
-  const Field gradient =
-      physics_.transfer.needs_velocity_gradient() ? Field::velocity_gradient : Field::affine_velocity;
+  const Field gradient = physics_.transfer.needs_velocity_gradient() ? Field::velocity_gradient : Field::affine_velocity;
   for (std::size_t m = 0; m < physics_.materials.size(); ++m)
     stress_update(physics_.materials[m].material, static_cast<std::uint8_t>(m), gradient, dt, particles_, local);
 }
@@ -228,7 +229,8 @@ std::vector<TileIndex> tiles_in_reach(const GridGeometry& geometry, const Partic
         for (int k = from[2]; k <= to[2]; ++k) {
           if (!place(0, i) || !place(1, j) || !place(2, k)) continue;
           const TileIndex tile = geometry.tile_of_node(node);
-          if (worker[static_cast<std::size_t>(tile)] == rank && (tiles.empty() || tiles.back() != tile)) tiles.push_back(tile);
+          if (worker[static_cast<std::size_t>(tile)] == rank && (tiles.empty() || tiles.back() != tile))
+            tiles.push_back(tile);
         }
     if (tiles.size() > (1u << 20)) sort_unique(tiles);  // bounds the memory of an unsorted particle set
   }

@@ -29,13 +29,20 @@ double smallest_step(const TimeStepSettings& settings, const TimeStepState& stat
 
 const char* name(Limiter limiter) {
   switch (limiter) {
-    case Limiter::speed: return "speed";
-    case Limiter::elastic: return "elastic";
-    case Limiter::deformation: return "deformation";
-    case Limiter::previous: return "previous";
-    case Limiter::largest: return "largest";
-    case Limiter::fixed: return "fixed";
-    case Limiter::output: return "output";
+    case Limiter::speed:
+      return "speed";
+    case Limiter::elastic:
+      return "elastic";
+    case Limiter::deformation:
+      return "deformation";
+    case Limiter::previous:
+      return "previous";
+    case Limiter::largest:
+      return "largest";
+    case Limiter::fixed:
+      return "fixed";
+    case Limiter::output:
+      return "output";
   }
   return "unknown";
 }
@@ -110,7 +117,8 @@ TimeStepPlan plan_step(const TimeStepSettings& settings, double cell_size, const
   if (settings.mode == TimeStepMode::fixed) return plan_fixed(settings, cell_size, bounds, remaining);
 
   if (state.stable_step == 0.0)
-    state.stable_step = std::min(settings.initial_step > 0.0 ? settings.initial_step : default_initial_step * limit.dt, limit.dt);
+    state.stable_step =
+        std::min(settings.initial_step > 0.0 ? settings.initial_step : default_initial_step * limit.dt, limit.dt);
   if (limit.dt < smallest_step(settings, state))
     throw RunError(fmt::format("the {} limit of {:.6g} s{} is below the smallest time step of {:.6g} s", name(limit.limiter),
                                limit.dt, of_particle(limit.id), smallest_step(settings, state)));
@@ -141,8 +149,8 @@ TimeStepPlan plan_step(const TimeStepSettings& settings, double cell_size, const
 
 bool is_acceptable(const TimeStepSettings& settings, double cell_size, const TimeStepPlan& plan, const StepBounds& motion) {
   // Written so that NaN is not acceptable.
-  return plan.dt * motion.velocity_gradient.value <= settings.deformation_limit && plan.dt * motion.speed.value <= cell_size &&
-         motion.n_not_finite == 0;
+  return plan.dt * motion.velocity_gradient.value <= settings.deformation_limit &&
+         plan.dt * motion.speed.value <= cell_size && motion.n_not_finite == 0;
 }
 
 void reject_step(const TimeStepSettings& settings, const TimeStepPlan& plan, TimeStepState& state) {
@@ -155,13 +163,15 @@ void reject_step(const TimeStepSettings& settings, const TimeStepPlan& plan, Tim
   }
   const double smallest = smallest_step(settings, state);
   if (plan.dt <= smallest)
-    throw RunError(fmt::format(
-        "the time step would fall below its smallest value of {:.6g} s: even that step deforms a particle by more than {:.3g}",
-        smallest, settings.deformation_limit));
+    throw RunError(
+        fmt::format("the time step would fall below its smallest value of {:.6g} s: even that step deforms a particle by "
+                    "more than {:.3g}",
+                    smallest, settings.deformation_limit));
   state.stable_step = std::max(0.5 * plan.dt, smallest);
 }
 
-void accept_step(const TimeStepSettings& settings, const TimeStepPlan& plan, const StepBounds& bounds, TimeStepState& state) {
+void accept_step(const TimeStepSettings& settings, const TimeStepPlan& plan, const StepBounds& bounds,
+                 TimeStepState& state) {
   ++state.n_steps;
   if (plan.trial) {
     ++state.n_trials;

@@ -17,7 +17,7 @@ inline constexpr int n_lanes = 8;
 inline constexpr int n_lanes = 4;
 #endif
 
-using Pack [[gnu::vector_size(n_lanes * 8)]] = double;          ///< n_lanes doubles
+using Pack [[gnu::vector_size(n_lanes * 8)]] = double;            ///< n_lanes doubles
 using PackMask [[gnu::vector_size(n_lanes * 8)]] = std::int64_t;  ///< result of a comparison: 0 or -1 a lane
 
 template <class Real>

@@ -46,8 +46,7 @@ inline Real determinant(const Tensor<Real>& t) {
 /// Frobenius norm squared, t : t.
 template <class Real>
 inline Real norm_squared(const SymTensor<Real>& t) {
-  return t.c[0] * t.c[0] + t.c[1] * t.c[1] + t.c[2] * t.c[2] +
-         2.0 * (t.c[3] * t.c[3] + t.c[4] * t.c[4] + t.c[5] * t.c[5]);
+  return t.c[0] * t.c[0] + t.c[1] * t.c[1] + t.c[2] * t.c[2] + 2.0 * (t.c[3] * t.c[3] + t.c[4] * t.c[4] + t.c[5] * t.c[5]);
 }
 
 /// dev t = t - (tr t / 3) 1.

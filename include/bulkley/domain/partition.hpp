@@ -22,9 +22,9 @@ struct Partition {
 /// Chooses process grid, ownership ranges and workers for `load` = particles per tile (size n_tiles).
 /// `uniform`: equal numbers of tiles along each axis. `ranges`: cuts chosen to minimise the largest load of a rank, then
 /// moved towards equal parts where that costs less than 2 %; a tile counts a little more than its particles. So empty space
-/// is divided too. All factorisations of n_ranks are tried; among those within 5 % of the smallest largest load, the one with
-/// the least surface between ranks is taken. Every rank owns at least one tile along each axis. Workers are the DMDA owners.
-/// Deterministic: the same on every rank that passes the same load.
+/// is divided too. All factorisations of n_ranks are tried; among those within 5 % of the smallest largest load, the one
+/// with the least surface between ranks is taken. Every rank owns at least one tile along each axis. Workers are the DMDA
+/// owners. Deterministic: the same on every rank that passes the same load.
 /// Throws UsageError when the grid has too few tiles for n_ranks. Not collective.
 Partition make_partition(const GridGeometry& grid, const PartitionSettings& settings, std::span<const GlobalIndex> load,
                          int n_ranks);

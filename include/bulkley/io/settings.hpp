@@ -12,9 +12,10 @@ struct OutputSettings {
   double frame_interval = 0.0;     ///< s; 0: no frames
   int history_interval = 10;       ///< steps between rows of history.csv
   double progress_interval = 2.0;  ///< s of wall time between progress lines
-  std::vector<std::string> fields{"velocity", "material", "volume_ratio", "pressure", "deviatoric_stress", "plastic_shear_rate"};
+  std::vector<std::string> fields{"velocity", "material",          "volume_ratio",
+                                  "pressure", "deviatoric_stress", "plastic_shear_rate"};
   FloatPrecision precision = FloatPrecision::float32;
-  bool grid = false;               ///< also write grid mass density and velocity
+  bool grid = false;  ///< also write grid mass density and velocity
 };
 
 struct CheckpointSettings {

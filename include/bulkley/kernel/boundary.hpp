@@ -37,10 +37,10 @@ struct Collider {
 
 /// One constraint on one node. Constraints on a node are applied in the order of the list.
 struct NodeConstraint {
-  LocalIndex node;   ///< index into the caller's node array
+  LocalIndex node;  ///< index into the caller's node array
   Contact contact;
   double friction;
-  Vec3 normal;       ///< out of the wall, into the material; unit
+  Vec3 normal;  ///< out of the wall, into the material; unit
 };
 
 /// The constraints of all nodes with signed distance <= 0 to a wall or collider. `nodes[n]`: grid indices of the caller's

@@ -7,7 +7,7 @@
 namespace bulkley {
 
 /// Weights of the nodes base, base + 1, ... along one axis for a particle at distance `fx` (in cells) above the base node:
-/// fx in [1/2, 3/2) for the quadratic spline, [1, 2) for the cubic one.
+/// fx in [1/2, 3/2) for the quadratic spline (T1), [1, 2) for the cubic one (T2).
 template <SplineOrder order, class Real>
 inline void spline_weights(Real fx, Real (&w)[stencil_width(order)]) {
   if constexpr (order == SplineOrder::quadratic) {
@@ -40,7 +40,7 @@ inline void spline_derivatives(Real fx, Real (&d)[stencil_width(order)]) {
   }
 }
 
-/// D_p^-1 dx^2: the inverse of the second moment of the weights, 4 (quadratic) or 3 (cubic), whatever the position.
+/// D_p^-1 dx^2: the inverse of the second moment of the weights (T3), 4 (quadratic) or 3 (cubic), whatever the position.
 constexpr double inverse_second_moment(SplineOrder order) { return order == SplineOrder::quadratic ? 4.0 : 3.0; }
 
 /// Upper bound of the sum of the weights of one node over all particles, divided by the largest number of particles with the

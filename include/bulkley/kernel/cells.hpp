@@ -24,8 +24,8 @@ struct Stray {
 };
 
 /// Brings positions back into the domain: wraps periodic axes, puts particles that have crossed a wall by less than half a
-/// cell back onto it. Particles beyond an outflow face are appended to `removed` (ascending); beyond any other face they count
-/// as escaped, and not-finite positions as such (`bounds`), and stay where they are. Not collective.
+/// cell back onto it. Particles beyond an outflow face are appended to `removed` (ascending); beyond any other face they
+/// count as escaped, and not-finite positions as such (`bounds`), and stay where they are. Not collective.
 void confine(const GridGeometry& grid, const Faces& faces, ParticleSet& particles, std::vector<LocalIndex>& removed,
              StepBounds& bounds);
 

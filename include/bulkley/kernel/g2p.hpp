@@ -6,10 +6,11 @@
 
 namespace bulkley {
 
-/// Updates velocity, affine_velocity (C_p = B_p D_p^-1; also kept, unused by p2g, where the transfer is not affine but L_p is
-/// read from it), velocity_gradient where the transfer needs it, and position: x_p += dt v_pic, always with the interpolated
-/// grid velocity. `velocity`: v_i after forces and boundaries; `change`: v_i minus its value before forces, read when
-/// flip_fraction > 0. Merges speed, velocity_gradient, mass and momentum into `bounds`. Not collective.
+/// Updates velocity (T6, T7), affine_velocity (C_p = B_p D_p^-1, (T8), damped by (T9); also kept, unused by p2g, where the
+/// transfer is not affine but L_p is read from it), velocity_gradient where the transfer needs it, and position (T10): x_p
+/// += dt v_pic, always with the interpolated grid velocity. `velocity`: v_i after forces and boundaries; `change`: v_i
+/// minus its value before forces, read when flip_fraction > 0. Merges speed, velocity_gradient, mass and momentum into
+/// `bounds`. Not collective.
 void g2p(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const CellMap& map, double dt,
          const Node* velocity, const Node* change, ParticleSet& particles, StepBounds& bounds);
 

@@ -14,7 +14,7 @@ struct GridUpdate {
   double smallest_mass;  ///< kg; a node with no more counts as empty and gets zero velocity
 };
 
-/// For every node of `active`: {m v + dt f, m} -> {v, m} with v = (m v + dt f) / m + dt g.
+/// For every node of `active`: {m v + dt f, m} -> {v, m} with v = (m v + dt f) / m + dt g (T13).
 /// With `impulse` (dt f apart, `nodes` holding m v): also turns `impulse` into {v after - v before forces}; call
 /// `apply_constraints` with both. Not collective.
 void grid_update(const GridUpdate& update, std::span<const LocalIndex> active, Node* nodes, Node* impulse);

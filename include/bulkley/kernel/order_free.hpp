@@ -10,8 +10,8 @@
 
 namespace bulkley {
 
-/// The quantum u for sums whose addends' absolute values sum to at most `bound`, each at most a quarter of it: the smallest power
-/// of two with bound < 2^53 u. Precondition: bound finite and >= 0.
+/// The quantum u (T28) for sums whose addends' absolute values sum to at most `bound`, each at most a quarter of it: the
+/// smallest power of two with bound < 2^53 u. Precondition: bound finite and >= 0.
 inline double rounding_quantum(double bound) {
   BULKLEY_ASSERT(bound >= 0.0 && std::isfinite(bound));
   int exponent = 0;
@@ -19,8 +19,8 @@ inline double rounding_quantum(double bound) {
   return std::ldexp(1.0, exponent - 53);
 }
 
-/// M = 1.5 * 2^52 * u of the same sums: (a + M) - M is `a` rounded to a multiple of u, and any sum of such values is exact.
-/// |a| <= bound / 4 < 2^51 u keeps a + M between 2^52 u and 2^53 u, where doubles are spaced by u.
+/// M = 1.5 * 2^52 * u (T28) of the same sums: (a + M) - M is `a` rounded to a multiple of u, and any sum of such values is
+/// exact. |a| <= bound / 4 < 2^51 u keeps a + M between 2^52 u and 2^53 u, where doubles are spaced by u.
 inline double rounding_constant(double bound) { return 0x1.8p52 * rounding_quantum(bound); }
 
 /// `value` rounded to a multiple of the quantum that belongs to `constant`.

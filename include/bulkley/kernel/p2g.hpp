@@ -7,7 +7,7 @@
 
 namespace bulkley {
 
-/// Rigorous bounds on what one node can receive, the same on every rank, and the rounding constants that follow.
+/// Rigorous bounds (T27) on what one node can receive, the same on every rank, and the rounding constants that follow.
 struct SumBounds {
   double mass;      ///< kg, largest sum of absolute mass contributions to a node
   double momentum;  ///< kg m/s, with the impulse dt f included
@@ -18,9 +18,9 @@ struct SumBounds {
 SumBounds sum_bounds(const GridGeometry& grid, const TransferSettings& transfer, const StepBounds& bounds, double dt);
 
 /// Sums mass and momentum of all particles into `pool` (zeroed here; layout.n_nodes() nodes):
-///   m_i = sum w m_p,  (m v)_i = sum w m_p (v_p + C_p (x_i - x_p)), C_p only for APIC,
-/// and the impulse dt f_i of the internal forces (Gradient form of `transfer`): into `pool` too, or, when the transfer needs
-/// the velocity before the forces (flip_fraction > 0), into `impulse` (same size; else null).
+///   m_i = sum w m_p (T4),  (m v)_i = sum w m_p (v_p + C_p (x_i - x_p)) (T5), C_p only for APIC,
+/// and the impulse dt f_i of the internal forces ((T11) or (T12), as `transfer` says): into `pool` too, or, when the
+/// transfer needs the velocity before the forces (flip_fraction > 0), into `impulse` (same size; else null).
 /// Reads position, velocity, affine_velocity, kirchhoff_stress, mass, reference_volume. Every contribution is rounded for
 /// order-free sums. Not collective.
 void p2g(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const ParticleSet& particles,

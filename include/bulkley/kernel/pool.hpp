@@ -13,8 +13,8 @@
 
 namespace bulkley {
 
-/// Mass and momentum (or velocity) of one node, the unit of every exchange: {x, y, z, mass}. No more than a double's alignment
-/// may be assumed: PETSc's vectors hold nodes too.
+/// Mass and momentum (or velocity) of one node, the unit of every exchange: {x, y, z, mass}. No more than a double's
+/// alignment may be assumed: PETSc's vectors hold nodes too.
 struct Node {
   double c[4];
 };

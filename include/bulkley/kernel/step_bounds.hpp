@@ -23,12 +23,13 @@ struct Extreme {
   void include(const Extreme& other) { include(other.value, other.id); }
 };
 
-/// Maxima, minima and counters over particles. Plain data, merged member by member; every member is exact whatever the order.
+/// Maxima, minima and counters over particles. Plain data, merged member by member; every member is exact whatever the
+/// order.
 struct StepBounds {
   // For the next time step
-  Extreme speed;             ///< max |v_p|, m/s
-  Extreme wave_speed;        ///< max elastic wave speed c, m/s
-  Extreme velocity_gradient; ///< max ||L_p||_F, 1/s
+  Extreme speed;              ///< max |v_p|, m/s
+  Extreme wave_speed;         ///< max elastic wave speed c, m/s
+  Extreme velocity_gradient;  ///< max ||L_p||_F, 1/s
   // For the order-free sums
   double mass = 0.0;           ///< max m_p, kg
   double momentum = 0.0;       ///< max m_p (|v_p| + |C_p| r), kg m/s, r = moment_sum_ratio dx
@@ -39,12 +40,12 @@ struct StepBounds {
   double largest_volume_ratio = 0.0;
   GlobalIndex n_particles = 0;
   GlobalIndex largest_share = 0;  ///< particles of the rank that has most
-  GlobalIndex n_removed = 0;   ///< left through an outflow face in this step
-  GlobalIndex n_migrated = 0;  ///< moved to another rank in this step
+  GlobalIndex n_removed = 0;      ///< left through an outflow face in this step
+  GlobalIndex n_migrated = 0;     ///< moved to another rank in this step
   // Failures
   GlobalIndex n_not_finite = 0;
-  GlobalIndex n_inverted = 0;  ///< det(1 + dt L) <= 0
-  GlobalIndex n_escaped = 0;   ///< left the domain where no outflow is declared
+  GlobalIndex n_inverted = 0;                                       ///< det(1 + dt L) <= 0
+  GlobalIndex n_escaped = 0;                                        ///< left the domain where no outflow is declared
   GlobalIndex failed_id = std::numeric_limits<GlobalIndex>::max();  ///< smallest id among the failures
   // Requests
   std::int32_t needs_rebuild = 0;  ///< a particle entered a tile that the pools do not hold

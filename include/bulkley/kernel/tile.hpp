@@ -12,8 +12,8 @@
 
 namespace bulkley {
 
-inline constexpr int tile_width = 4;                                         ///< nodes per tile and axis
-inline constexpr int tile_nodes = tile_width * tile_width * tile_width;      ///< nodes (and base cells) per tile
+inline constexpr int tile_width = 4;                                     ///< nodes per tile and axis
+inline constexpr int tile_nodes = tile_width * tile_width * tile_width;  ///< nodes (and base cells) per tile
 
 using TileIndex = std::int32_t;  ///< linear index of a tile, z fastest
 
@@ -27,9 +27,9 @@ constexpr int footprint_width(SplineOrder order) { return tile_width + static_ca
 
 /// The uniform background grid over an axis-aligned box.
 struct GridGeometry {
-  Vec3 lower = Vec3::Zero();        ///< m
-  double cell_size = 0.0;           ///< dx, m
-  Int3 n_cells{0, 0, 0};            ///< per axis; a multiple of tile_width along periodic axes
+  Vec3 lower = Vec3::Zero();  ///< m
+  double cell_size = 0.0;     ///< dx, m
+  Int3 n_cells{0, 0, 0};      ///< per axis; a multiple of tile_width along periodic axes
   std::array<bool, 3> periodic{false, false, false};
   SplineOrder order = SplineOrder::quadratic;
 

@@ -17,8 +17,8 @@ struct TransferSettings {
   TransferScheme scheme = TransferScheme::apic;
   SplineOrder order = SplineOrder::quadratic;
   GradientForm gradient = GradientForm::mls;
-  double flip_ratio = 0.95;      ///< alpha of the blend: v_p = (1 - alpha) v_pic + alpha v_flip
-  double affine_damping = 0.0;   ///< zeta in [0, 1]: C <- (1 - zeta) C + zeta skew(C); APIC only
+  double flip_ratio = 0.95;     ///< alpha of the blend: v_p = (1 - alpha) v_pic + alpha v_flip
+  double affine_damping = 0.0;  ///< zeta in [0, 1]: C <- (1 - zeta) C + zeta skew(C); APIC only
 
   /// alpha in effect: 0 for PIC and APIC, 1 for FLIP.
   double flip_fraction() const {
@@ -27,9 +27,7 @@ struct TransferSettings {
   }
   bool affine() const { return scheme == TransferScheme::apic; }
   /// L_p cannot be read off the stored affine matrix.
-  bool needs_velocity_gradient() const {
-    return gradient == GradientForm::bspline || (affine() && affine_damping > 0.0);
-  }
+  bool needs_velocity_gradient() const { return gradient == GradientForm::bspline || (affine() && affine_damping > 0.0); }
 };
 
 }  // namespace bulkley

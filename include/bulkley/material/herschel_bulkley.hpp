@@ -11,9 +11,10 @@
 
 namespace bulkley {
 
-/// Viscoplastic flow of Yue et al. 2015, section 5: with s = ||dev tau||, gamma = (max(0, s - sqrt(2/3) sigma_Y) / eta)^(1/h).
-/// One step is: elastic trial; backward Euler on s (return_map.hpp); the deviator scaled to the new s; the spherical part of b
-/// chosen such that det b = 1. The common alternative for the last step, dividing b by (det b)^(1/3), would shrink s as well.
+/// Viscoplastic flow of Yue et al. 2015, section 5: with s = ||dev tau||, gamma = (max(0, s - sqrt(2/3) sigma_Y) /
+/// eta)^(1/h). One step is: elastic trial; backward Euler on s (return_map.hpp); the deviator scaled to the new s; the
+/// spherical part of b chosen such that det b = 1. The common alternative for the last step, dividing b by (det b)^(1/3),
+/// would shrink s as well.
 struct HerschelBulkley {
   struct Parameters {
     double density = std::numeric_limits<double>::quiet_NaN();        ///< kg/m^3, reference, > 0
@@ -49,8 +50,8 @@ struct HerschelBulkley {
     return elastic().energy_density(state);
   }
 
-  /// See law.hpp. Requires det(1 + dt L) > 0 and dt > 0. Dissipation is (3/2) mu (tr b_trial / 3 - tr b / 3), the elastic
-  /// energy that the flow took away.
+  /// See law.hpp; (T19) to (T23). Requires det(1 + dt L) > 0 and dt > 0. Dissipation is (3/2) mu (tr b_trial / 3 - tr b /
+  /// 3), the elastic energy that the flow took away.
   template <class Real>
   Update<Real> update(State<Real>& state, const Tensor<Real>& velocity_gradient, double dt) const {
     const Real zero = broadcast<Real>(0.0);
@@ -85,7 +86,7 @@ struct ShearRheometerConstants {
   double flow_index = std::numeric_limits<double>::quiet_NaN();    ///< n = h
 };
 
-/// tau_y = sigma_Y / sqrt(3), K = eta 2^(-(1+h)/2): steady simple shear at small elastic strain. Not collective.
+/// (T24): tau_y = sigma_Y / sqrt(3), K = eta 2^(-(1+h)/2): steady simple shear at small elastic strain. Not collective.
 ShearRheometerConstants shear_rheometer_constants(const HerschelBulkley::Parameters& parameters);
 
 /// The inverse: fills sigma_Y = sqrt(3) tau_y, eta = K 2^((1+h)/2) and h, and leaves the rest alone. Not collective.

@@ -10,7 +10,7 @@
 
 namespace bulkley {
 
-/// Advances the state as if elastic: f = 1 + dt L, J <- J det f, b <- (det f)^(-2/3) f b f^T (det b stays 1).
+/// Advances the state as if elastic (T14): f = 1 + dt L, J <- J det f, b <- (det f)^(-2/3) f b f^T (det b stays 1).
 /// Requires det f > 0; else the state becomes NaN. Not collective.
 template <class Real>
 inline void deform(State<Real>& state, const Tensor<Real>& velocity_gradient, double dt) {
@@ -32,8 +32,8 @@ inline SymTensor<Real> isochoric_identity() {
   return {one, one, one, zero, zero, zero};
 }
 
-/// W = (kappa/2) [(J^2 - 1)/2 - ln J] + (mu/2) (tr b - 3), with b the isochoric left Cauchy-Green tensor (Simo & Hughes
-/// 1998, chapter 9; Yue et al. 2015, section 5).
+/// (T15): W = (kappa/2) [(J^2 - 1)/2 - ln J] + (mu/2) (tr b - 3), with b the isochoric left Cauchy-Green tensor (Simo &
+/// Hughes 1998, chapter 9; Yue et al. 2015, section 5).
 struct NeoHookean {
   struct Parameters {
     double density = std::numeric_limits<double>::quiet_NaN();        ///< kg/m^3, reference, > 0
@@ -47,7 +47,7 @@ struct NeoHookean {
 
   double density() const { return parameters.density; }
 
-  /// tau = (kappa/2) (J^2 - 1) 1 + mu dev b, Pa.
+  /// (T16): tau = (kappa/2) (J^2 - 1) 1 + mu dev b, Pa.
   template <class Real>
   SymTensor<Real> kirchhoff_stress(const State<Real>& state) const {
     const Real J = state.volume_ratio;
@@ -58,8 +58,8 @@ struct NeoHookean {
     return tau;
   }
 
-  /// rho_0 c^2 = (kappa/2) (J^2 + 1) + (4/3) mu lambda_max(b): bounds every direction and polarisation. lambda_max, the
-  /// largest eigenvalue, is bounded by tr b / 3 + sqrt(2/3) ||dev b||, which is sharp for one large eigenvalue.
+  /// (T25): rho_0 c^2 = (kappa/2) (J^2 + 1) + (4/3) mu lambda_max(b): bounds every direction and polarisation. lambda_max,
+  /// the largest eigenvalue, is bounded by tr b / 3 + sqrt(2/3) ||dev b||, which is sharp for one large eigenvalue.
   template <class Real>
   Real wave_speed_squared(const State<Real>& state) const {
     constexpr double sqrt_two_thirds = 0.81649658092772603;

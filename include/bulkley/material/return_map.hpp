@@ -1,7 +1,8 @@
 #pragma once
 // The scalar equations inside a viscoplastic step: how far the stress relaxes, and which spherical part keeps det b = 1.
 // Both are solved by Newton's method lane by lane, descending to the root until the change is small, or is not a descent and
-// therefore rounding. A lane that has converged is frozen, so its result does not depend on the others. A lane that has not converged at the cap becomes NaN, which the caller's check for finite results reports.
+// therefore rounding. A lane that has converged is frozen, so its result does not depend on the others. A lane that has not
+// converged at the cap becomes NaN, which the caller's check for finite results reports.
 
 #include <algorithm>
 #include <cmath>
@@ -27,7 +28,7 @@ struct OverstressSplit {
 
 inline constexpr int overstress_iterations_cap = 12;  ///< at most 6 are needed for 1/3 <= m <= 10 and any A
 
-/// Root xi in (0, 1] of xi + A xi^m = 1, given ln A, for lanes in `active` (others are unspecified).
+/// Root xi in (0, 1] of (T21): xi + A xi^m = 1, given ln A, for lanes in `active` (others are unspecified).
 /// In u = ln xi the residual e^u + e^(ln A + m u) - 1 is convex and increases, for every m > 0, and is >= 0 at
 /// u_0 = min(0, -ln A / m): Newton's method descends to the root. Not collective.
 template <class Real>
@@ -59,8 +60,8 @@ struct FlowReturn {
   Real rate;          ///< gamma, 1/s
 };
 
-/// Backward Euler for ||dev tau||: s - s_trial + 2 mu_hat dt ((s - radius)/eta)^(1/h) = 0 (Yue et al. 2015, section 5), in
-/// the form xi + A xi^(1/h) = 1, s = radius + y xi, y = s_trial - radius, A = (2 mu_hat dt / y) (y / eta)^(1/h).
+/// Backward Euler for ||dev tau|| (T20): s - s_trial + 2 mu_hat dt ((s - radius)/eta)^(1/h) = 0 (Yue et al. 2015, section
+/// 5), in the form xi + A xi^(1/h) = 1, s = radius + y xi, y = s_trial - radius, A = (2 mu_hat dt / y) (y / eta)^(1/h).
 /// `trial_norm` s_trial, Pa; `modulus` mu_hat = mu tr b_trial / 3, Pa; dt > 0. Not collective.
 template <class Real>
 inline FlowReturn<Real> flow_return(Real trial_norm, Real modulus, double dt, const FlowRule& rule) {
@@ -82,8 +83,8 @@ inline FlowReturn<Real> flow_return(Real trial_norm, Real modulus, double dt, co
 
 inline constexpr int isochoric_iterations_cap = 64;  ///< far above the root each takes a third off x: 1.5^64 = 2e11
 
-/// The x for which det(e + x 1) = 1: largest root of x^3 - J2 x + J3 - 1 = 0, J2 = e:e/2, J3 = det e, for a traceless e.
-/// `upper` must not be below the root; from there Newton's method descends to it. For lanes in `active` (others are
+/// The x for which det(e + x 1) = 1 (T22): largest root of x^3 - J2 x + J3 - 1 = 0, J2 = e:e/2, J3 = det e, for a traceless
+/// e. `upper` must not be below the root; from there Newton's method descends to it. For lanes in `active` (others are
 /// unspecified). Not collective.
 template <class Real>
 inline Real isochoric_mean(const SymTensor<Real>& e, Real upper, Mask<Real> active) {

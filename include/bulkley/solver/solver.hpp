@@ -30,9 +30,9 @@ struct Physics {
 
 /// How a step went.
 struct StepReport {
-  TimeStepPlan plan;      ///< the plan that was carried out
-  int n_rejected = 0;     ///< plans judged bad before it
-  StepBounds bounds;      ///< merged over ranks, after the step
+  TimeStepPlan plan;   ///< the plan that was carried out
+  int n_rejected = 0;  ///< plans judged bad before it
+  StepBounds bounds;   ///< merged over ranks, after the step
 };
 
 /// Owns the particles of this rank and everything that turns them into those of the next time.

@@ -13,18 +13,18 @@ enum class DeformationCheck { risky, always };
 
 /// The user's choices, table [time] of a scene.
 struct TimeStepSettings {
-  double end_time = 0.0;               ///< s
+  double end_time = 0.0;  ///< s
   TimeStepMode mode = TimeStepMode::adaptive;
-  double fixed_step = 0.0;             ///< s, mode fixed
-  bool allow_unstable = false;         ///< fixed step above the limits: warn instead of refusing
-  double initial_step = 0.0;           ///< s; 0: a tenth of the limit at the start
-  double largest_step = 0.0;           ///< s; 0: no bound of the user's
-  double smallest_step = 0.0;          ///< s; below it the run fails. 0: 1e-6 of the first limit
-  double cfl = 0.5;                    ///< beta of report eq. (2): dt <= beta dx / v_max
-  double elastic_cfl = 0.4;            ///< alpha of report eq. (2): dt <= alpha dx / c_max
-  double deformation_limit = 0.1;      ///< theta: largest ||dt L_p||_F of a step
-  double growth = 1.5;                 ///< factor of a trial
-  int trial_interval = 10;             ///< steps between trials
+  double fixed_step = 0.0;         ///< s, mode fixed
+  bool allow_unstable = false;     ///< fixed step above the limits: warn instead of refusing
+  double initial_step = 0.0;       ///< s; 0: a tenth of the limit at the start
+  double largest_step = 0.0;       ///< s; 0: no bound of the user's
+  double smallest_step = 0.0;      ///< s; below it the run fails. 0: 1e-6 of the first limit
+  double cfl = 0.5;                ///< beta of report eq. (2): dt <= beta dx / v_max
+  double elastic_cfl = 0.4;        ///< alpha of report eq. (2): dt <= alpha dx / c_max
+  double deformation_limit = 0.1;  ///< theta: largest ||dt L_p||_F of a step
+  double growth = 1.5;             ///< factor of a trial
+  int trial_interval = 10;         ///< steps between trials
   DeformationCheck deformation_check = DeformationCheck::risky;
 };
 
@@ -34,14 +34,14 @@ const char* name(Limiter limiter);
 
 /// The controller's memory; part of every checkpoint.
 struct TimeStepState {
-  double stable_step = 0.0;        ///< dt_s: the last step that was accepted in full, s; 0 before the first
-  double first_limit = 0.0;        ///< the limit at the first step, s; scales the smallest step
-  GlobalIndex wait = 0;            ///< steps to wait before the next trial (doubled by each rejected one)
-  GlobalIndex since_trial = 0;     ///< steps since the last trial
+  double stable_step = 0.0;     ///< dt_s: the last step that was accepted in full, s; 0 before the first
+  double first_limit = 0.0;     ///< the limit at the first step, s; scales the smallest step
+  GlobalIndex wait = 0;         ///< steps to wait before the next trial (doubled by each rejected one)
+  GlobalIndex since_trial = 0;  ///< steps since the last trial
   GlobalIndex n_steps = 0;
   GlobalIndex n_trials = 0;
-  GlobalIndex n_accepted = 0;      ///< trials accepted
-  GlobalIndex n_rejected = 0;      ///< steps judged bad before they were taken, trials or not
+  GlobalIndex n_accepted = 0;         ///< trials accepted
+  GlobalIndex n_rejected = 0;         ///< steps judged bad before they were taken, trials or not
   GlobalIndex n_unchecked_large = 0;  ///< steps taken without a check that turned out to deform more than the limit
 };
 
@@ -54,20 +54,20 @@ struct TimeStepLimit {
 
 /// What the controller proposes.
 struct TimeStepPlan {
-  double dt;         ///< s, clipped to the next output
+  double dt;  ///< s, clipped to the next output
   Limiter limiter;
-  GlobalIndex id;    ///< of the particle that limits, or -1
-  bool trial;        ///< larger than the last stable step
-  bool checked;      ///< must be judged before particles change
-  bool lands;        ///< ends exactly at the next output time
-  bool full;         ///< not clipped
+  GlobalIndex id;  ///< of the particle that limits, or -1
+  bool trial;      ///< larger than the last stable step
+  bool checked;    ///< must be judged before particles change
+  bool lands;      ///< ends exactly at the next output time
+  bool full;       ///< not clipped
 };
 
-/// min(beta dx / v_max, alpha dx / c_max, 0.8 theta / ||L||_max of the last step, largest_step). Not collective.
+/// (T26): min(beta dx / v_max, alpha dx / c_max, 0.8 theta / ||L||_max of the last step, largest_step). Not collective.
 TimeStepLimit time_step_limit(const TimeStepSettings& settings, double cell_size, const StepBounds& bounds);
 
-/// What is wrong with a fixed step above the stability limits (speed, elastic, largest), as a sentence; empty when it is below
-/// them or the mode is adaptive. Not collective.
+/// What is wrong with a fixed step above the stability limits (speed, elastic, largest), as a sentence; empty when it is
+/// below them or the mode is adaptive. Not collective.
 std::string fixed_step_fault(const TimeStepSettings& settings, double cell_size, const StepBounds& bounds);
 
 /// The step to try next, with `remaining` seconds to the next output time. Starts `state` at the first call.

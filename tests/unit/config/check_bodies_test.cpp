@@ -73,7 +73,8 @@ TEST(CheckBodies, AcceptsBodiesThatTouch) {
 }
 
 TEST(CheckBodies, FindsABodyBetweenThePointsOfACoarseOne) {
-  // Around a corner of the cells: no point of the second body, one per cell, lies in the first; all of the first's lie in it.
+  // Around a corner of the cells: no point of the second body, one per cell, lies in the first; all of the first's lie in
+  // it.
   const std::string small = with_shape("{ type = \"sphere\", center = [0.5, 0.5, 0.25], radius = 0.03 }");
   const std::string large =
       second_body("{ type = \"sphere\", center = [0.5, 0.5, 0.25], radius = 0.2 }") + "particles_per_cell = 1\n";

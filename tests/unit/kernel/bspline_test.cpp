@@ -161,8 +161,8 @@ TYPED_TEST(Bspline, MomentSumRatioBounds) {
         for (int a = 0; a < n_samples; ++a)
           for (int b = 0; b < n_samples; ++b)
             for (int c = 0; c < n_samples; ++c)
-              largest = std::max(largest, w[a][i] * w[b][j] * w[c][k] *
-                                              std::hypot(distance[a][i], distance[b][j], distance[c][k]));
+              largest = std::max(largest,
+                                 w[a][i] * w[b][j] * w[c][k] * std::hypot(distance[a][i], distance[b][j], distance[c][k]));
         moments += largest;
       }
   const double bound = moment_sum_ratio(order) * weight_sum_bound(order);

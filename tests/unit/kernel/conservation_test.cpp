@@ -263,8 +263,7 @@ TEST(Conservation, C10TranslationChangesNoState) {
     run.measure();
     run.step(dt);
     for (LocalIndex p = 0; p < run.particles.size(); ++p) {
-      EXPECT_LE((run.particles.vector(Field::velocity, p) - velocity).norm(),
-                1e-13 * velocity.norm());
+      EXPECT_LE((run.particles.vector(Field::velocity, p) - velocity).norm(), 1e-13 * velocity.norm());
       EXPECT_NEAR(run.particles.real(Field::volume_ratio)[p], 1.0, 1e-13);
       for (int c = 0; c < 6; ++c) EXPECT_NEAR(run.particles.real(Field::left_cauchy_green, c)[p], c < 3 ? 1.0 : 0.0, 1e-13);
       EXPECT_EQ(run.particles.real(Field::plastic_shear_rate)[p], 0.0);

@@ -152,7 +152,8 @@ TEST(WaveSpeed, UniaxialStretchUsesTheLargestEigenvalueItself) {
   EXPECT_NEAR(solid.wave_speed_squared(state), expected, 1e-14 * expected);
 }
 
-// --- no shear stiffness -----------------------------------------------------------------------------------------------------
+// --- no shear stiffness
+// -----------------------------------------------------------------------------------------------------
 
 TEST(NeoHookean, WithoutShearStiffnessKeepsBAtRest) {
   const NeoHookean fluid{{1000.0, 1e5, 0.0}};

@@ -182,7 +182,8 @@ TEST(SplitOverstress, LimitsOfSmallAndLargeA) {
   }
 }
 
-// --- the spherical part ------------------------------------------------------------------------------------------------------
+// --- the spherical part
+// ------------------------------------------------------------------------------------------------------
 
 TEST(IsochoricMean, RestoresTheDeterminantForAnyScalingOfATrial) {
   std::mt19937_64 random(3);
@@ -225,8 +226,8 @@ TEST(IsochoricMean, EndsAtExtremeStretch) {
 
 // --- lanes ----------------------------------------------------------------------------------------------------------------
 
-// Elastic, just yielding, far beyond yield, without consistency...: each lane must be what the scalar path gives, bit for bit,
-// whatever the other lanes hold.
+// Elastic, just yielding, far beyond yield, without consistency...: each lane must be what the scalar path gives, bit for
+// bit, whatever the other lanes hold.
 TEST(ReturnMap, EachLaneIsTheScalarResultWhateverItsNeighbours) {
   const double radius = rule(31.9, 0.0, 1.0).radius;
   const std::vector<double> trial_norms{0.0,    1e-300, 25.0,  radius,      std::nextafter(radius, infinity), 26.05, 60.0,
