@@ -141,13 +141,13 @@ TYPED_TEST(Bspline, SumBoundsHoldAndAreClose) {
 }
 
 TYPED_TEST(Bspline, MomentSumRatioBounds) {
-  constexpr SplineOrder order = TestFixture::order;
-  constexpr int s = stencil_width(order), n_samples = 101;
+  constexpr SplineOrder degree = TestFixture::order;
+  constexpr int s = stencil_width(degree), n_samples = 101;
   double w[n_samples][s], distance[n_samples][s];
   for (int a = 0; a < n_samples; ++a) {
     const double fx = TestFixture::lowest + static_cast<double>(a) / (n_samples - 1);
     double at[s];
-    spline_weights<order>(fx, at);
+    spline_weights<degree>(fx, at);
     for (int k = 0; k < s; ++k) {
       w[a][k] = at[k];
       distance[a][k] = k - fx;
@@ -165,7 +165,7 @@ TYPED_TEST(Bspline, MomentSumRatioBounds) {
                                  w[a][i] * w[b][j] * w[c][k] * std::hypot(distance[a][i], distance[b][j], distance[c][k]));
         moments += largest;
       }
-  const double bound = moment_sum_ratio(order) * weight_sum_bound(order);
+  const double bound = moment_sum_ratio(degree) * weight_sum_bound(degree);
   EXPECT_LE(moments, bound);
   EXPECT_GT(moments, 0.99 * bound);
 }
