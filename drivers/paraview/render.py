@@ -92,8 +92,9 @@ def restart_under_xvfb(size):
             fail(f"there is no display, and {program} is not installed (Debian: apt-get install xvfb paraview)")
     os.environ[UNDER_XVFB] = "1"
     screen = f"-screen 0 {max(size[0], 640)}x{max(size[1], 480)}x24"
-    command = ["xvfb-run", "-a", "-s", screen, "pvpython", os.path.abspath(__file__), *sys.argv[1:]]
-    for _ in range(3):  # two that start at once may choose the same display; then ParaView aborts
+    for attempt in range(3):  # two that start at once may choose the same display; then ParaView aborts
+        display = str(100 + (os.getpid() + 37 * attempt) % 800)  # where xvfb-run begins to look for a free one
+        command = ["xvfb-run", "-a", "-n", display, "-s", screen, "pvpython", os.path.abspath(__file__), *sys.argv[1:]]
         status = subprocess.run(command).returncode
         if status in (0, 2):
             break
