@@ -8,7 +8,7 @@ packages=(
   petsc-dev                                     # brings Open MPI and parallel HDF5
   libeigen3-dev libmetis-dev libfmt-dev libtomlplusplus-dev libcli11-dev zlib1g-dev
   libgtest-dev python3 python3-numpy python3-h5py  # tests
-  paraview python3-paraview xvfb xauth          # pictures; Debian's ParaView renders only with an X server
+  paraview python3-paraview xvfb                # pictures; Debian's ParaView renders only with an X server
 )
 
 is_installed() {

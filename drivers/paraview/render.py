@@ -3,7 +3,7 @@
 
     pvpython drivers/paraview/render.py --run DIR --output PNG_OR_FOLDER [--field NAME] [--frame last|all|N] ...
 
-Works under pvpython and pvbatch, with or without a display: without one it starts itself again under xvfb-run, because
+Works under pvpython and pvbatch, with or without a display: without one it starts itself again under Xvfb, because
 Debian's ParaView can only draw through an X server. Exit code 2: the command line is wrong or something is missing.
 """
 
@@ -86,18 +86,28 @@ def restart_under_xvfb(size):
     if os.environ.get("DISPLAY"):
         return
     if UNDER_XVFB in os.environ:
-        fail("xvfb-run gave no display")
-    for program in ("xvfb-run", "pvpython"):
+        fail("Xvfb gave no display")
+    for program in ("Xvfb", "pvpython"):
         if not shutil.which(program):
             fail(f"there is no display, and {program} is not installed (Debian: apt-get install xvfb paraview)")
-    os.environ[UNDER_XVFB] = "1"
-    screen = f"-screen 0 {max(size[0], 640)}x{max(size[1], 480)}x24"
-    for attempt in range(3):  # two that start at once may choose the same display; then ParaView aborts
-        display = str(100 + (os.getpid() + 37 * attempt) % 800)  # where xvfb-run begins to look for a free one
-        command = ["xvfb-run", "-a", "-n", display, "-s", screen, "pvpython", os.path.abspath(__file__), *sys.argv[1:]]
-        status = subprocess.run(command).returncode
-        if status in (0, 2):
-            break
+    # The server itself chooses a free display and tells its number once it is ready.
+    reading, writing = os.pipe()
+    screen = f"{max(size[0], 640)}x{max(size[1], 480)}x24"
+    server = subprocess.Popen(["Xvfb", "-displayfd", str(writing), "-screen", "0", screen, "-nolisten", "tcp", "-noreset"],
+                              pass_fds=[writing], stderr=subprocess.DEVNULL)
+    os.close(writing)
+    try:
+        with os.fdopen(reading) as channel:
+            number = channel.readline().strip()
+        if not number:
+            fail("Xvfb did not start")
+        environment = {**os.environ, UNDER_XVFB: "1", "DISPLAY": f":{number}"}
+        environment.pop("XAUTHORITY", None)
+        command = ["pvpython", os.path.abspath(__file__), *sys.argv[1:]]
+        status = subprocess.run(command, env=environment).returncode
+    finally:
+        server.terminate()
+        server.wait()
     sys.exit(status)
 
 
