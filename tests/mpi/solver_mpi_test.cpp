@@ -207,6 +207,39 @@ TEST_F(SolverTest, TheRunIsThatOfItsAcceptedSteps) {
   }
 }
 
+// T12 (iv): where the steps fall does not matter beyond their length: a free elastic block ends with the same momentum and, to
+// first order in dt, the same energies under the controller (which starts at a tenth of its limit) as under a fixed step.
+TEST_F(SolverTest, AdaptiveAndFixedStepsAgreeToFirstOrder) {
+  const double end = 0.05;
+  const auto run = [&](TimeStepMode mode, double elastic_cfl) {
+    SolverScene scene = empty_scene({}, {12, 12, 12}, {false, false, false});
+    add_block(scene, scene.physics.grid.lower + Vec3(0.3, 0.3, 0.3), {12, 12, 12}, 0, Vec3(0.3, -0.2, 0.1));
+    TimeStepSettings& time = scene.physics.time;
+    time.mode = mode;
+    time.elastic_cfl = elastic_cfl;
+    time.fixed_step = elastic_cfl * 0.1 / 12.0;  // a little below the adaptive limit: c = 11.8 m/s at rest
+    const auto solver = solver_of(comm, scene, partition_of(comm, scene, PartitionMethod::ranges));
+    TimeStepState state;
+    for (double t = 0.0; t < end;) {
+      const StepReport report = solver->step(end - t, 0, state);
+      t = report.plan.lands ? end : t + report.plan.dt;
+    }
+    const Physics& physics = scene.physics;
+    return diagnose(comm, physics.grid, physics.transfer, physics.gravity, physics.materials, solver->particles());
+  };
+  double difference[2];
+  for (int k = 0; k < 2; ++k) {
+    const double elastic_cfl = k == 0 ? 0.4 : 0.2;
+    const Diagnostics adaptive = run(TimeStepMode::adaptive, elastic_cfl), fixed = run(TimeStepMode::fixed, elastic_cfl);
+    const double energy = fixed.kinetic_energy + fixed.elastic_energy;
+    EXPECT_LE((adaptive.momentum - fixed.momentum).norm(), 1e-12 * fixed.mass);
+    difference[k] = std::abs(adaptive.kinetic_energy + adaptive.elastic_energy - energy) / energy;
+    EXPECT_GT(difference[k], 0.0);
+  }
+  EXPECT_LE(difference[0], 1e-4);
+  EXPECT_NEAR(difference[1] / difference[0], 0.5, 0.1);  // half the step, half the difference
+}
+
 TEST_F(SolverTest, TooSmallASmallestStepEndsTheRunAlikeOnEveryRank) {
   SolverScene scene = shearing_scene(some_transfers()[0], 100.0);
   scene.physics.time.initial_step = 5e-4;
