@@ -262,7 +262,11 @@ void measure_motion(const GridGeometry& grid, const TransferSettings& transfer, 
       const Pack gradient_squared = squares(gradient);
       include_lanes(bounds.speed, squares(v), id + p, n);
       include_lanes(bounds.velocity_gradient, gradient_squared, id + p, n);
-      for (int lane = 0; lane < n; ++lane) bounds.n_not_finite += std::isfinite(gradient_squared[lane]) ? 0 : 1;
+      for (int lane = 0; lane < n; ++lane)
+        if (!std::isfinite(gradient_squared[lane])) {
+          ++bounds.n_not_finite;
+          bounds.failed_id = std::min(bounds.failed_id, id[p + lane]);
+        }
     });
   });
 }

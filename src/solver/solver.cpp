@@ -123,7 +123,12 @@ bool Solver::judge(const TimeStepPlan& plan) {
   const Phase phase(times_, "judge");
   StepBounds motion;
   measure_motion(physics_.grid, physics_.transfer, layout_, map_, pool_.data(), particles_, motion);
-  return is_acceptable(physics_.time, physics_.grid.cell_size, plan, reduce_(motion));
+  motion = reduce_(motion);
+  if (motion.failed()) {  // no smaller step would mend it
+    bounds_ = motion;
+    report_failure();
+  }
+  return is_acceptable(physics_.time, physics_.grid.cell_size, plan, motion);
 }
 
 void Solver::transfer_to_particles(double dt, StepBounds& local) {

@@ -327,6 +327,19 @@ TEST_F(SolverTest, AParticleThatIsNotFiniteIsNamedAndCountedOnce) {
 
 // --- what else the solver gives --------------------------------------------------------------------------------------
 
+TEST_F(SolverTest, AVelocityThatIsNotFiniteIsNamedWhenTheStepIsJudged) {
+  SolverScene scene = empty_scene({}, {8, 8, 8}, {false, false, false});
+  scene.physics.time.mode = TimeStepMode::adaptive;
+  add_particle(scene, Vec3(0.1, 0.6, 0.5));
+  add_particle(scene, Vec3(-0.2, 0.3, 0.2), Vec3(std::numeric_limits<double>::quiet_NaN(), 0.0, 0.0));  // far from the other
+  const std::string text = sentence([&] {
+    const auto solver = solver_of(comm, scene, partition_of(comm, scene, PartitionMethod::ranges));
+    TimeStepState state;
+    solver->step(1.0, 0, state);
+  });
+  EXPECT_NE(text.find("1 particle became NaN or infinite; the first is particle 1 "), std::string::npos) << text;
+}
+
 TEST_F(SolverTest, NodeValuesChangeNothingAndHoldAllMass) {
   for (const TransferSettings& transfer : some_transfers()) {
     const SolverScene scene = contact_scene(transfer);

@@ -14,8 +14,8 @@ namespace bulkley {
 void g2p(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const CellMap& map, double dt,
          const Node* velocity, const Node* change, ParticleSet& particles, StepBounds& bounds);
 
-/// What g2p would find, without touching a particle: merges velocity_gradient and speed (of the interpolated velocity) into
-/// `bounds`. Judges a time step before it is taken. Not collective.
+/// What g2p would find, without touching a particle: merges velocity_gradient, speed (of the interpolated velocity) and
+/// not-finite particles into `bounds`. Judges a time step before it is taken. Not collective.
 void measure_motion(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const CellMap& map,
                     const Node* velocity, const ParticleSet& particles, StepBounds& bounds);
 
