@@ -16,10 +16,6 @@ namespace {
 
 using namespace bulkley;
 
-void abort_on_broken_invariant(const char* expression, const char* file, int line) {
-  abort_all_ranks(fmt::format("internal error: '{}' is false", expression), file, line);
-}
-
 struct Entry {
   CLI::App* app;
   Command command;
@@ -118,7 +114,7 @@ int main(int argc, char** argv) {
     std::fputs("bulkley: PETSc could not be initialised\n", stderr);
     return static_cast<int>(ExitCode::failed);
   }
-  assert_handler = abort_on_broken_invariant;
+  install_assert_handler();
   watch_signals();
   ExitCode code;
   {

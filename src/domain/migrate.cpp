@@ -121,31 +121,13 @@ void for_each_message(const std::vector<Parcel>& parcels, std::size_t bytes_per_
   }
 }
 
-// The last particles fill the gaps; particles that stay below the new end keep their place.
 void remove(std::span<const Departure> departures, ParticleSet& particles) {
-  std::vector<LocalIndex> gaps;
-  gaps.reserve(departures.size());
-  for (const Departure& d : departures) gaps.push_back(d.particle);
-  std::sort(gaps.begin(), gaps.end());
-  BULKLEY_ASSERT(std::adjacent_find(gaps.begin(), gaps.end()) == gaps.end());
-
-  const LocalIndex n_left = particles.size() - static_cast<LocalIndex>(gaps.size());
-  std::vector<std::pair<LocalIndex, LocalIndex>> moves;  // (gap, the particle that fills it)
-  LocalIndex last = particles.size() - 1;
-  std::size_t n_gaps = gaps.size();
-  for (std::size_t g = 0; g < n_gaps && gaps[g] < n_left; ++g) {
-    while (n_gaps > 0 && gaps[n_gaps - 1] == last) --n_gaps, --last;
-    moves.push_back({gaps[g], last--});
-  }
-  for (std::size_t c = 0; c < particles.columns().size(); ++c) {
-    const ParticleSet::Column& column = particles.columns()[c];
-    if (!column.moves) continue;
-    std::byte* data = particles.data(c);
-    for (const auto& [gap, filler] : moves)
-      std::memcpy(data + static_cast<std::size_t>(gap) * column.element_size,
-                  data + static_cast<std::size_t>(filler) * column.element_size, column.element_size);
-  }
-  particles.resize(n_left);
+  std::vector<LocalIndex> gone;
+  gone.reserve(departures.size());
+  for (const Departure& d : departures) gone.push_back(d.particle);
+  std::sort(gone.begin(), gone.end());
+  BULKLEY_ASSERT(std::adjacent_find(gone.begin(), gone.end()) == gone.end());
+  particles.remove(gone);
 }
 
 LocalIndex exchange_particles(const Comm& comm, std::span<const Departure> departures, ParticleSet& particles) {

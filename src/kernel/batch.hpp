@@ -2,6 +2,8 @@
 // Shared by p2g and g2p: particles are processed in batches, first lane-parallel (one pack a time: weights and per-particle
 // algebra), then particle by particle with one 4-wide vector {x, y, z, mass} per node.
 
+#include <cstring>
+
 #include "bulkley/base/pack.hpp"
 #include "bulkley/kernel/bspline.hpp"
 #include "bulkley/kernel/cells.hpp"
@@ -9,6 +11,12 @@
 namespace bulkley {
 
 using Quad [[gnu::vector_size(32)]] = double;  ///< the four numbers of a Node
+
+inline Quad load_quad(const Node& node) {
+  Quad q;
+  std::memcpy(&q, node.c, sizeof q);
+  return q;
+}
 
 inline constexpr int batch_size = 32;  ///< small enough that a batch's scratch stays in the first-level cache
 static_assert(batch_size % n_lanes == 0 && batch_size <= ParticleSet::padding);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <type_traits>
 
 #include "batch.hpp"
@@ -24,12 +23,6 @@ struct Batch {
   alignas(64) double gradient[9][batch_size];
   alignas(64) double change[3][batch_size];
 };
-
-inline Quad load_quad(const Node& node) {
-  Quad q;
-  std::memcpy(&q, node.c, sizeof q);
-  return q;
-}
 
 inline void store_rows(double (&to)[3][batch_size], int b, Quad q) {
   for (int r = 0; r < 3; ++r) to[r][b] = q[r];

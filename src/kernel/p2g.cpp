@@ -32,12 +32,6 @@ struct Batch {
   Columns<4> impulse;                      // MLS, split: q, a_x, a_y, a_z; B-spline: F_x, F_y, F_z
 };
 
-inline Quad load_quad(const Node& node) {
-  Quad q;
-  std::memcpy(&q, node.c, sizeof q);
-  return q;
-}
-
 inline void add_rounded(Node& node, Quad contribution, Quad constant) {
   const Quad sum = load_quad(node) + rounded(contribution, constant);
   std::memcpy(node.c, &sum, sizeof sum);
