@@ -18,37 +18,113 @@ inline Quad load_quad(const Node& node) {
   return q;
 }
 
-inline constexpr int batch_size = 32;  ///< small enough that a batch's scratch stays in the first-level cache
+/// Particles a batch: one cache line of every column. Larger batches push the nodes and the columns to come out of the
+/// first-level cache.
+inline constexpr int batch_size = 8;
 static_assert(batch_size % n_lanes == 0 && batch_size <= ParticleSet::padding);
+
+/// How far ahead of the particle at work columns are fetched; the hardware follows fewer streams than there are columns.
+inline constexpr LocalIndex prefetch_distance = 2 * batch_size;
+
+/// The columns of one field, read a pack at a time.
+template <int n, class Number = const double>
+struct FieldColumns {
+  Number* column[n];
+
+  template <class Particles>
+  FieldColumns(Particles& particles, Field field) {
+    for (int c = 0; c < n; ++c) column[c] = particles.real(field, c);
+  }
+  Pack operator()(LocalIndex p, int c = 0) const { return load(column[c] + p); }
+  void store(LocalIndex p, Pack value, int c = 0) const { bulkley::store(column[c] + p, value); }
+  /// Asks for the values of the batch that holds particle `p`, which may lie past the end.
+  void prefetch(LocalIndex p) const {
+    for (int c = 0; c < n; ++c) __builtin_prefetch(column[c] + p);
+  }
+};
+template <int n>
+using MutableColumns = FieldColumns<n, double>;
 
 /// Forces a product to be rounded, so that the compiler cannot fuse it into a following sum: base nodes must come out here
 /// exactly as GridGeometry::base_node gives them.
 inline void keep_rounded(Pack& value) { asm("" : "+m"(value)); }
 
-/// Distance of each particle above its base node, in cells, along one axis.
-inline Pack offset_in_stencil(const GridGeometry& grid, int axis, Pack coordinate) {
+/// Coordinates of the particles along one axis, in cells from the lower face.
+inline Pack cell_coordinate(const GridGeometry& grid, int axis, Pack coordinate) {
   Pack xi = (coordinate - grid.lower[axis]) * grid.inverse_cell_size();
   keep_rounded(xi);
+  return xi;
+}
+
+/// Distance of each particle above its base node, in cells, along one axis.
+inline Pack offset_in_stencil(const GridGeometry& grid, int axis, Pack coordinate) {
+  const Pack xi = cell_coordinate(grid, axis, coordinate);
   return xi - round_down(xi - grid.base_shift());
 }
 
-/// Row offsets of one particle's stencil: `row(i, j)` is the pool index of node (i, j, 0).
-template <SplineOrder order>
+/// GridGeometry::base_node of each particle.
+inline Pack base_node(const GridGeometry& grid, int axis, Pack coordinate) {
+  Pack base = round_down(cell_coordinate(grid, axis, coordinate) - grid.base_shift()) +
+              static_cast<double>(grid.node_offset(axis));
+  if (grid.periodic[axis]) {
+    const Pack n_cells = broadcast<Pack>(grid.n_cells[axis]);
+    base = select(base < broadcast<Pack>(0.0), base + n_cells, base);
+    base = select(base >= n_cells, base - n_cells, base);
+  }
+  return base;
+}
+
+/// The nodes of one particle's stencil: `rows(i, j)` points to node (i, j, 0); nodes (i, j, 1), ... follow it.
+template <SplineOrder order, class NodeType>
 class StencilRows {
  public:
-  StencilRows(const LocalIndex* row_offsets, LocalIndex cell) {
-    constexpr int w = footprint_width(order);
-    const int local = cell % tile_nodes;
-    base_ = row_offsets + static_cast<std::ptrdiff_t>(cell / tile_nodes) * (w * w) +
-            (local / (tile_width * tile_width)) * w + (local / tile_width) % tile_width;
-    z_ = local % tile_width;
+  StencilRows(const LocalIndex* row_offsets, LocalIndex cell, NodeType* pool) {
+    constexpr unsigned w = footprint_width(order), t = tile_width;
+    const auto c = static_cast<unsigned>(cell);
+    offsets_ = row_offsets + std::size_t{c / tile_nodes} * (w * w) + (c / (t * t) % t) * w + c / t % t;
+    first_ = pool + c % t;
   }
-  LocalIndex operator()(int i, int j) const { return base_[i * footprint_width(order) + j] + z_; }
+  NodeType* operator()(int i, int j) const { return first_ + offsets_[i * footprint_width(order) + j]; }
 
  private:
-  const LocalIndex* base_;
-  LocalIndex z_;
+  const LocalIndex* offsets_;
+  NodeType* first_;
 };
+
+/// Rows of n_lanes numbers, cut into quads.
+inline constexpr int quads_per_pack = n_lanes / 4;
+struct CutPack {
+  Quad part[quads_per_pack];
+};
+
+/// Transposes four rows of n_lanes numbers into n_lanes quads, `stride` apart: quad p is {row[0][p], ..., row[3][p]}.
+inline void store_quads(const Pack (&row)[4], Quad* to, std::ptrdiff_t stride) {
+  CutPack cut[4];
+  std::memcpy(cut, row, sizeof cut);
+  for (int part = 0; part < quads_per_pack; ++part, to += 4 * stride) {
+    const Quad x = cut[0].part[part], y = cut[1].part[part], z = cut[2].part[part], m = cut[3].part[part];
+    const Quad xy02 = __builtin_shufflevector(x, y, 0, 4, 2, 6), xy13 = __builtin_shufflevector(x, y, 1, 5, 3, 7);
+    const Quad zm02 = __builtin_shufflevector(z, m, 0, 4, 2, 6), zm13 = __builtin_shufflevector(z, m, 1, 5, 3, 7);
+    to[0] = __builtin_shufflevector(xy02, zm02, 0, 1, 4, 5);
+    to[stride] = __builtin_shufflevector(xy13, zm13, 0, 1, 4, 5);
+    to[2 * stride] = __builtin_shufflevector(xy02, zm02, 2, 3, 6, 7);
+    to[3 * stride] = __builtin_shufflevector(xy13, zm13, 2, 3, 6, 7);
+  }
+}
+
+/// The first three rows back: row[r][p] = component r of quad p.
+inline void load_rows(const Quad* from, std::ptrdiff_t stride, Pack (&row)[3]) {
+  CutPack cut[3];
+  for (int part = 0; part < quads_per_pack; ++part, from += 4 * stride) {
+    const Quad p0 = from[0], p1 = from[stride], p2 = from[2 * stride], p3 = from[3 * stride];
+    const Quad xz01 = __builtin_shufflevector(p0, p1, 0, 4, 2, 6), y01 = __builtin_shufflevector(p0, p1, 1, 5, 3, 7);
+    const Quad xz23 = __builtin_shufflevector(p2, p3, 0, 4, 2, 6), y23 = __builtin_shufflevector(p2, p3, 1, 5, 3, 7);
+    cut[0].part[part] = __builtin_shufflevector(xz01, xz23, 0, 1, 4, 5);
+    cut[1].part[part] = __builtin_shufflevector(y01, y23, 0, 1, 4, 5);
+    cut[2].part[part] = __builtin_shufflevector(xz01, xz23, 2, 3, 6, 7);
+  }
+  std::memcpy(row, cut, sizeof row);
+}
 
 /// Calls `function` with the spline order as a compile-time constant.
 template <class Function>

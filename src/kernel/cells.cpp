@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <numeric>
 
+#include "batch.hpp"
 #include "bulkley/base/error.hpp"
 
 namespace bulkley {
@@ -34,73 +36,148 @@ Verdict confine_coordinate(const GridGeometry& grid, const Faces& faces, int axi
   return Verdict::escaped;
 }
 
+// Whether a coordinate lies in the domain. Comparisons that are false for NaN; a particle exactly on a wall's face is inside.
+template <class Real>
+Mask<Real> within(const GridGeometry& grid, int axis, double lower, double upper, Real x) {
+  const Mask<Real> below = grid.periodic[axis] ? x < broadcast<Real>(upper) : x <= broadcast<Real>(upper);
+  return (x >= broadcast<Real>(lower)) & below;
+}
+
+// What `confine` does to one particle that is not within the domain.
+void confine_particle(const GridGeometry& grid, const Faces& faces, LocalIndex p, double* const (&x)[3], GlobalIndex id,
+                      std::vector<LocalIndex>& removed, StepBounds& bounds) {
+  if (!std::isfinite(x[0][p]) || !std::isfinite(x[1][p]) || !std::isfinite(x[2][p])) {
+    ++bounds.n_not_finite;
+    bounds.failed_id = std::min(bounds.failed_id, id);
+    return;
+  }
+  const Vec3 lower = grid.lower, upper = grid.upper();
+  Verdict verdict = Verdict::inside;
+  for (int a = 0; a < 3; ++a)
+    if (!within(grid, a, lower[a], upper[a], x[a][p]))
+      verdict = std::max(verdict, confine_coordinate(grid, faces, a, lower[a], upper[a], x[a][p]));
+  if (verdict == Verdict::removed) removed.push_back(p);
+  if (verdict == Verdict::escaped) {
+    ++bounds.n_escaped;
+    bounds.failed_id = std::min(bounds.failed_id, id);
+  }
+}
+
+// Tile, and base node within the tile, of n_lanes particles. All numbers are small integers, exact in double.
+struct Place {
+  Pack tile;
+  Pack local;
+};
+
+Place place_of(const GridGeometry& grid, const Pack (&x)[3]) {
+  Place place{};
+  for (int a = 0; a < 3; ++a) {
+    Pack base = base_node(grid, a, x[a]);
+    const Pack tile = round_down(base * (1.0 / tile_width));
+    place.tile = place.tile * static_cast<double>(grid.n_tiles(a)) + tile;
+    place.local = place.local * static_cast<double>(tile_width) + (base - tile * static_cast<double>(tile_width));
+  }
+  return place;
+}
+
 }  // namespace
 
 void confine(const GridGeometry& grid, const Faces& faces, ParticleSet& particles, std::vector<LocalIndex>& removed,
-             StepBounds& bounds) {
-  double* x[3] = {particles.real(Field::position, 0), particles.real(Field::position, 1),
-                  particles.real(Field::position, 2)};
+             StepBounds& bounds, ParticleBlock block) {
+  double* const x[3] = {particles.real(Field::position, 0), particles.real(Field::position, 1),
+                        particles.real(Field::position, 2)};
   const Vec3 lower = grid.lower, upper = grid.upper();
-  const LocalIndex n = particles.size();
-  for (LocalIndex p = 0; p < n; ++p) {
-    bool inside = true;
-    for (int a = 0; a < 3; ++a) {
-      // Comparisons that are false for NaN; a particle exactly on a wall's face is inside.
-      const bool fine = x[a][p] >= lower[a] && (grid.periodic[a] ? x[a][p] < upper[a] : x[a][p] <= upper[a]);
-      inside = inside && fine;
-    }
-    if (inside) continue;
+  const LocalIndex end = std::min(block.end, particles.size());
+  for (LocalIndex first = block.begin; first < end; first += n_lanes) {
+    PackMask inside = PackMask{} - 1;
+    for (int a = 0; a < 3; ++a) inside &= within(grid, a, lower[a], upper[a], load(x[a] + first));
+    if (!any(~inside)) continue;
+    for (int lane = 0; lane < std::min<LocalIndex>(n_lanes, end - first); ++lane)
+      if (!inside[lane]) confine_particle(grid, faces, first + lane, x, particles.id()[first + lane], removed, bounds);
+  }
+}
 
-    const GlobalIndex id = particles.id()[p];
-    if (!std::isfinite(x[0][p]) || !std::isfinite(x[1][p]) || !std::isfinite(x[2][p])) {
-      ++bounds.n_not_finite;
-      bounds.failed_id = std::min(bounds.failed_id, id);
-      continue;
-    }
-    Verdict verdict = Verdict::inside;
-    for (int a = 0; a < 3; ++a) {
-      const bool fine = x[a][p] >= lower[a] && (grid.periodic[a] ? x[a][p] < upper[a] : x[a][p] <= upper[a]);
-      if (!fine) verdict = std::max(verdict, confine_coordinate(grid, faces, a, lower[a], upper[a], x[a][p]));
-    }
-    if (verdict == Verdict::removed) removed.push_back(p);
-    if (verdict == Verdict::escaped) {
-      ++bounds.n_escaped;
-      bounds.failed_id = std::min(bounds.failed_id, id);
+void CellMap::reset(const PoolLayout& layout, LocalIndex n_particles) {
+  resize(n_particles);
+  count.assign(layout.tiles().size() * tile_nodes, 0);
+}
+
+void CellMap::resize(LocalIndex n_particles) {
+  cell.resize(static_cast<std::size_t>(n_particles) + ParticleSet::padding);
+  std::fill(cell.begin() + n_particles, cell.end(), 0);
+}
+
+LocalIndex CellMap::largest_count() const { return count.empty() ? 0 : *std::max_element(count.begin(), count.end()); }
+
+void locate(const GridGeometry& grid, const PoolLayout& layout, const ParticleSet& particles, CellMap& map,
+            std::vector<Stray>& strays, ParticleBlock block) {
+  const double* const x[3] = {particles.real(Field::position, 0), particles.real(Field::position, 1),
+                              particles.real(Field::position, 2)};
+  const LocalIndex end = std::min(block.end, particles.size());
+  using Ints [[gnu::vector_size(n_lanes * 4)]] = std::int32_t;
+  for (LocalIndex first = block.begin; first < end; first += n_lanes) {
+    const Place place = place_of(grid, {load(x[0] + first), load(x[1] + first), load(x[2] + first)});
+    alignas(Ints) std::int32_t tile[n_lanes], local[n_lanes];
+    const Ints tiles = __builtin_convertvector(place.tile, Ints), locals = __builtin_convertvector(place.local, Ints);
+    std::memcpy(tile, &tiles, sizeof tile);
+    std::memcpy(local, &locals, sizeof local);
+    const int n = std::min<LocalIndex>(n_lanes, end - first);
+    for (int lane = 0; lane < n; ++lane) {
+      const LocalIndex slot = layout.slot(tile[lane]);
+      if (slot < 0) {
+        map.cell[first + lane] = 0;
+        strays.push_back({first + lane, tile[lane]});
+        continue;
+      }
+      const LocalIndex cell = slot * tile_nodes + local[lane];
+      map.cell[first + lane] = cell;
+      ++map.count[cell];
     }
   }
 }
 
-void locate(const GridGeometry& grid, const PoolLayout& layout, const ParticleSet& particles, CellMap& map,
-            std::vector<Stray>& strays, StepBounds& bounds) {
-  const LocalIndex n = particles.size();
-  map.cell.resize(static_cast<std::size_t>(n) + ParticleSet::padding);
-  map.count.assign(layout.tiles().size() * tile_nodes, 0);
-  const double* x[3] = {particles.real(Field::position, 0), particles.real(Field::position, 1),
-                        particles.real(Field::position, 2)};
-  // The last tile that was looked up: consecutive particles mostly share it.
-  Int3 last{-1, -1, -1};
-  LocalIndex slot = -1;
-  TileIndex tile = -1;
-  for (LocalIndex p = 0; p < n; ++p) {
-    Int3 base;
-    for (int a = 0; a < 3; ++a) base[a] = grid.base_node(a, x[a][p]);
-    const Int3 t{base[0] / tile_width, base[1] / tile_width, base[2] / tile_width};
-    if (t != last) {
-      last = t;
-      tile = grid.tile_index(t);
-      slot = layout.slot(tile);
-    }
-    if (slot < 0) {
-      map.cell[p] = 0;
-      strays.push_back({p, tile});
-      continue;
-    }
-    const int local = ((base[0] % tile_width) * tile_width + base[1] % tile_width) * tile_width + base[2] % tile_width;
-    const LocalIndex cell = slot * tile_nodes + local;
-    map.cell[p] = cell;
-    bounds.cell_count = std::max<GlobalIndex>(bounds.cell_count, ++map.count[cell]);
+std::vector<TileIndex> tiles_in_reach(const GridGeometry& grid, const ParticleSet& particles) {
+  // One bit for each base node of a tile.
+  std::vector<std::uint64_t> occupied(static_cast<std::size_t>(grid.n_tiles()), 0);
+  const double* const x[3] = {particles.real(Field::position, 0), particles.real(Field::position, 1),
+                              particles.real(Field::position, 2)};
+  for (LocalIndex first = 0; first < particles.size(); first += n_lanes) {
+    const Place place = place_of(grid, {load(x[0] + first), load(x[1] + first), load(x[2] + first)});
+    for (int lane = 0; lane < std::min<LocalIndex>(n_lanes, particles.size() - first); ++lane)
+      occupied[static_cast<std::size_t>(place.tile[lane])] |= std::uint64_t{1} << static_cast<int>(place.local[lane]);
   }
-  std::fill(map.cell.begin() + n, map.cell.end(), 0);
+
+  // Another tile can be reached only from a cell at the tile's edge: edge[a][d + 1] are the cells from which a step d along
+  // axis a is enough, all of them for d = 0.
+  std::uint64_t edge[3][3] = {};
+  for (int n = 0; n < tile_nodes; ++n) {
+    const int at[3] = {n / (tile_width * tile_width), n / tile_width % tile_width, n % tile_width};
+    for (int a = 0; a < 3; ++a)
+      for (int d = -1; d <= 1; ++d)
+        if (d == 0 || at[a] == (d < 0 ? 0 : tile_width - 1)) edge[a][d + 1] |= std::uint64_t{1} << n;
+  }
+  std::vector<TileIndex> tiles;
+  for (TileIndex tile = 0; tile < grid.n_tiles(); ++tile) {
+    const std::uint64_t cells = occupied[static_cast<std::size_t>(tile)];
+    if (cells == 0) continue;
+    const Int3 here = grid.tile_coordinates(tile);
+    for (int d = 0; d < 27; ++d) {
+      const Int3 step{d / 9 - 1, d / 3 % 3 - 1, d % 3 - 1};
+      if ((cells & edge[0][step[0] + 1] & edge[1][step[1] + 1] & edge[2][step[2] + 1]) == 0) continue;
+      Int3 there;
+      bool exists = true;
+      for (int a = 0; a < 3; ++a) {
+        const int n = grid.n_tiles(a);
+        there[a] = here[a] + step[a];
+        if (grid.periodic[a]) there[a] = (there[a] + n) % n;
+        exists = exists && there[a] >= 0 && there[a] < n;
+      }
+      if (exists) tiles.push_back(grid.tile_index(there));
+    }
+  }
+  std::sort(tiles.begin(), tiles.end());
+  tiles.erase(std::unique(tiles.begin(), tiles.end()), tiles.end());
+  return tiles;
 }
 
 void sort_particles(ParticleSet& particles, CellMap& map) {

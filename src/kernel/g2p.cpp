@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <type_traits>
 
 #include "batch.hpp"
@@ -11,37 +12,37 @@ namespace bulkley {
 
 namespace {
 
-// Sums over the stencil: sum w v, and per axis b sum w v (xi_i - xi_p)_b and sum dw/dxi_b v (rows r of column b at 3 r + b).
+// Per particle: weights, and sums over the stencil. Column c of `moment` is sum w v (node - 1)_c, taken about node 1 of the
+// stencil; column c of `gradient` is sum dw/dxi_c v.
 template <SplineOrder order>
 struct Batch {
   static constexpr int s = stencil_width(order);
+  Pack distance[3][batch_size / n_lanes];    // of the particle above its base node, in cells
   alignas(64) double w[3][s][batch_size];
-  alignas(64) double slope[3][s][batch_size];  // w (node - fx), or dw/dxi, or both in turn
-  alignas(64) double d[3][s][batch_size];
-  alignas(64) double velocity[3][batch_size];
-  alignas(64) double moment[9][batch_size];
-  alignas(64) double gradient[9][batch_size];
-  alignas(64) double change[3][batch_size];
+  alignas(64) double d[3][s][batch_size];  // dw/dxi
+  alignas(64) Quad velocity[batch_size];
+  alignas(64) Quad moment[batch_size][3];
+  alignas(64) Quad gradient[batch_size][3];
+  alignas(64) Quad change[batch_size];
 };
 
-inline void store_rows(double (&to)[3][batch_size], int b, Quad q) {
-  for (int r = 0; r < 3; ++r) to[r][b] = q[r];
-}
-inline void store_column(double (&to)[9][batch_size], int column, int b, Quad q) {
-  for (int r = 0; r < 3; ++r) to[3 * r + column][b] = q[r];
+// Adds node k's share of a sum of (k - 1) t.
+inline void add_moment(Quad& sum, int k, Quad t) {
+  if (k == 0) sum -= t;
+  if (k == 2) sum += t;
+  if (k == 3) sum += t + t;
 }
 
-template <SplineOrder order, bool moments, bool gradients>
-void prepare(const GridGeometry& grid, const ParticleSet& set, LocalIndex p, int b, Batch<order>& batch) {
+template <SplineOrder order, bool gradients>
+void prepare(const GridGeometry& grid, const FieldColumns<3>& position, LocalIndex p, int b, Batch<order>& batch) {
   constexpr int s = stencil_width(order);
+#pragma GCC unroll 3
   for (int a = 0; a < 3; ++a) {
-    const Pack fx = offset_in_stencil(grid, a, load(set.real(Field::position, a) + p));
+    const Pack fx = offset_in_stencil(grid, a, position(p, a));
+    batch.distance[a][b / n_lanes] = fx;
     Pack w[s];
     spline_weights<order>(fx, w);
-    for (int k = 0; k < s; ++k) {
-      store(&batch.w[a][k][b], w[k]);
-      if constexpr (moments) store(&batch.slope[a][k][b], w[k] * (static_cast<double>(k) - fx));
-    }
+    for (int k = 0; k < s; ++k) store(&batch.w[a][k][b], w[k]);
     if constexpr (gradients) {
       Pack d[s];
       spline_derivatives<order>(fx, d);
@@ -51,40 +52,51 @@ void prepare(const GridGeometry& grid, const ParticleSet& set, LocalIndex p, int
 }
 
 // The three nested sums are factored by direction: z, then y, then x.
-template <SplineOrder order, bool moments, bool gradients>
-void gather(const LocalIndex* row_offsets, const Node* nodes, LocalIndex cell, int b, Batch<order>& batch) {
+template <SplineOrder order, bool moments, bool gradients, bool changes>
+void gather(const LocalIndex* row_offsets, const Node* velocity, const Node* change, LocalIndex cell, int b,
+            Batch<order>& batch) {
   constexpr int s = stencil_width(order);
-  const StencilRows<order> rows(row_offsets, cell);
-  Quad v{}, m[3] = {}, g[3] = {};
+  const StencilRows<order, const Node> rows(row_offsets, cell, velocity);
+  const StencilRows<order, const Node> change_rows(row_offsets, cell, change);
+  Quad v{}, m[3] = {}, g[3] = {}, h{};
 #pragma GCC unroll 4
   for (int i = 0; i < s; ++i) {
-    Quad vy{}, my{}, mz{}, gy{}, gz{};
+    Quad vy{}, my{}, mz{}, gy{}, gz{}, hy{};
 #pragma GCC unroll 4
     for (int j = 0; j < s; ++j) {
-      const Node* row = nodes + rows(i, j);
-      Quad sum{}, slope{}, derivative{};
+      const Node* const row = rows(i, j);
+      Quad vz{}, slope{}, derivative{};
 #pragma GCC unroll 4
       for (int k = 0; k < s; ++k) {
         const Quad node = load_quad(row[k]);
-        sum += batch.w[2][k][b] * node;
-        if constexpr (moments) slope += batch.slope[2][k][b] * node;
+        const Quad t = batch.w[2][k][b] * node;
+        vz += t;
+        if constexpr (moments) add_moment(slope, k, t);
         if constexpr (gradients) derivative += batch.d[2][k][b] * node;
       }
       const double wy = batch.w[1][j][b];
-      vy += wy * sum;
+      const Quad t = wy * vz;
+      vy += t;
       if constexpr (moments) {
-        my += batch.slope[1][j][b] * sum;
+        add_moment(my, j, t);
         mz += wy * slope;
       }
       if constexpr (gradients) {
-        gy += batch.d[1][j][b] * sum;
+        gy += batch.d[1][j][b] * vz;
         gz += wy * derivative;
+      }
+      if constexpr (changes) {
+        Quad hz{};
+#pragma GCC unroll 4
+        for (int k = 0; k < s; ++k) hz += batch.w[2][k][b] * load_quad(change_rows(i, j)[k]);
+        hy += wy * hz;
       }
     }
     const double wx = batch.w[0][i][b];
-    v += wx * vy;
+    const Quad t = wx * vy;
+    v += t;
     if constexpr (moments) {
-      m[0] += batch.slope[0][i][b] * vy;
+      add_moment(m[0], i, t);
       m[1] += wx * my;
       m[2] += wx * mz;
     }
@@ -93,25 +105,14 @@ void gather(const LocalIndex* row_offsets, const Node* nodes, LocalIndex cell, i
       g[1] += wx * gy;
       g[2] += wx * gz;
     }
+    if constexpr (changes) h += wx * hy;
   }
-  store_rows(batch.velocity, b, v);
+  batch.velocity[b] = v;
   for (int c = 0; c < 3; ++c) {
-    if constexpr (moments) store_column(batch.moment, c, b, m[c]);
-    if constexpr (gradients) store_column(batch.gradient, c, b, g[c]);
+    if constexpr (moments) batch.moment[b][c] = m[c];
+    if constexpr (gradients) batch.gradient[b][c] = g[c];
   }
-}
-
-template <SplineOrder order>
-void gather_change(const LocalIndex* row_offsets, const Node* nodes, LocalIndex cell, int b, Batch<order>& batch) {
-  constexpr int s = stencil_width(order);
-  const StencilRows<order> rows(row_offsets, cell);
-  Quad v{};
-  for (int i = 0; i < s; ++i)
-    for (int j = 0; j < s; ++j) {
-      const double wij = batch.w[0][i][b] * batch.w[1][j][b];
-      for (int k = 0; k < s; ++k) v += (wij * batch.w[2][k][b]) * load_quad(nodes[rows(i, j) + k]);
-    }
-  store_rows(batch.change, b, v);
+  if constexpr (changes) batch.change[b] = h;
 }
 
 // Largest value of a pack, remembered with the particle's id. Only the `n` first lanes count.
@@ -119,12 +120,6 @@ void include_lanes(Extreme& extreme, Pack squared, const GlobalIndex* id, int n)
   const double level = extreme.value * extreme.value * (1.0 - 1e-15);  // lets ties through: the smallest id must win them
   if (!any(squared >= level)) return;
   for (int lane = 0; lane < n; ++lane) extreme.include(std::sqrt(squared[lane]), id[lane]);
-}
-
-double largest_lane(Pack values, int n) {
-  double result = 0.0;
-  for (int lane = 0; lane < n; ++lane) result = std::max(result, values[lane]);
-  return result;
 }
 
 template <int size>
@@ -144,75 +139,62 @@ struct Arguments {
   const Node* change;
 };
 
-// L_p and C_p of n_lanes particles, from the sums of the batch.
+// What the nodes give to n_lanes particles, from the sums of the batch: v, C_p and L_p (row-major).
+struct Motion {
+  Pack velocity[3];
+  Pack affine[9];
+  Pack gradient[9];
+};
+
 template <bool moments, bool gradients, SplineOrder order>
-void velocity_gradients(const Arguments& arg, int b, const Batch<order>& batch, Pack (&affine)[9], Pack (&gradient)[9]) {
+Motion motion_of(const Arguments& arg, int b, const Batch<order>& batch) {
   const double inverse_dx = arg.grid.inverse_cell_size();
-  if constexpr (moments)
-    for (int c = 0; c < 9; ++c) affine[c] = load(&batch.moment[c][b]) * (inverse_second_moment(order) * inverse_dx);
-  for (int c = 0; c < 9; ++c) {
-    if constexpr (gradients)
-      gradient[c] = load(&batch.gradient[c][b]) * inverse_dx;
-    else
-      gradient[c] = affine[c];
+  Motion motion;
+  load_rows(&batch.velocity[b], 1, motion.velocity);
+#pragma GCC unroll 3
+  for (int c = 0; c < 3; ++c) {
+    Pack column[3];
+    if constexpr (moments) {
+      load_rows(&batch.moment[b][c], 3, column);
+      const Pack distance = batch.distance[c][b / n_lanes] - 1.0;  // above node 1
+      for (int r = 0; r < 3; ++r)
+        motion.affine[3 * r + c] =
+            (column[r] - distance * motion.velocity[r]) * (inverse_second_moment(order) * inverse_dx);
+    }
+    if constexpr (gradients) {
+      load_rows(&batch.gradient[b][c], 3, column);
+      for (int r = 0; r < 3; ++r) motion.gradient[3 * r + c] = column[r] * inverse_dx;
+    }
   }
-  const double zeta = arg.transfer.affine() ? arg.transfer.affine_damping : 0.0;
-  if constexpr (moments)
+  if constexpr (!gradients)
+    for (int c = 0; c < 9; ++c) motion.gradient[c] = motion.affine[c];
+  if constexpr (moments) {
+    const double zeta = arg.transfer.affine() ? arg.transfer.affine_damping : 0.0;
     if (zeta > 0.0) {
-      Pack damped[9];
+      const Motion whole = motion;
       for (int r = 0; r < 3; ++r)
         for (int c = 0; c < 3; ++c)
-          damped[3 * r + c] = (1.0 - zeta) * affine[3 * r + c] + (0.5 * zeta) * (affine[3 * r + c] - affine[3 * c + r]);
-      for (int c = 0; c < 9; ++c) affine[c] = damped[c];
+          motion.affine[3 * r + c] = (1.0 - zeta) * whole.affine[3 * r + c] +
+                                     (0.5 * zeta) * (whole.affine[3 * r + c] - whole.affine[3 * c + r]);
     }
+  }
+  return motion;
 }
 
-template <SplineOrder order, bool moments, bool gradients>
-void update(const Arguments& arg, LocalIndex p, int b, int n, const Batch<order>& batch, ParticleSet& set,
-            StepBounds& bounds) {
-  const double fraction = arg.transfer.flip_fraction();
-  const GlobalIndex* id = set.id() + p;
-  Pack v[3], affine[9], gradient[9];
-  velocity_gradients<moments, gradients>(arg, b, batch, affine, gradient);
-  for (int r = 0; r < 3; ++r) {
-    const Pack pic = load(&batch.velocity[r][b]);
-    double* x = set.real(Field::position, r) + p;
-    double* velocity = set.real(Field::velocity, r) + p;
-    store(x, load(x) + arg.dt * pic);
-    v[r] = pic;
-    if (fraction > 0.0) v[r] = (1.0 - fraction) * pic + fraction * (load(velocity) + load(&batch.change[r][b]));
-    store(velocity, v[r]);
-  }
-  if constexpr (moments)
-    for (int c = 0; c < 9; ++c) store(set.real(Field::affine_velocity, c) + p, affine[c]);
-  if (set.has(Field::velocity_gradient))
-    for (int c = 0; c < 9; ++c) store(set.real(Field::velocity_gradient, c) + p, gradient[c]);
-
-  const Pack speed_squared = squares(v);
-  Pack reach = square_root(speed_squared);
-  if (arg.transfer.affine()) {
-    if constexpr (moments) reach += square_root(squares(affine)) * (moment_sum_ratio(order) * arg.grid.cell_size);
-  }
-  const Pack mass = load(set.real(Field::mass) + p);
-  include_lanes(bounds.speed, speed_squared, id, n);
-  include_lanes(bounds.velocity_gradient, squares(gradient), id, n);
-  bounds.mass = std::max(bounds.mass, largest_lane(mass, n));
-  bounds.momentum = std::max(bounds.momentum, largest_lane(mass * reach, n));
-}
-
-// Runs `visit(first particle, place in batch, lanes, batch)` over all packs, after their sums are gathered.
-template <SplineOrder order, bool moments, bool gradients, class Visit>
-void for_each_pack(const Arguments& arg, const ParticleSet& set, Visit visit) {
+// Calls `visit(first particle, place in batch, lanes, batch)` for all packs of the block, after their sums are gathered.
+template <SplineOrder order, bool moments, bool gradients, bool changes, class Visit>
+void for_each_pack(const Arguments& arg, const ParticleSet& set, ParticleBlock block, Visit visit) {
   Batch<order> batch;
+  const FieldColumns<3> position(set, Field::position);
   const LocalIndex* row_offsets = arg.layout.row_offsets().data();
-  const LocalIndex n = set.size();
-  for (LocalIndex first = 0; first < n; first += batch_size) {
-    const int size = static_cast<int>(std::min<LocalIndex>(batch_size, n - first));
-    for (int b = 0; b < size; b += n_lanes) prepare<order, moments, gradients>(arg.grid, set, first + b, b, batch);
+  const LocalIndex* cell = arg.map.cell.data();
+  const LocalIndex end = std::min(block.end, set.size());
+  for (LocalIndex first = block.begin; first < end; first += batch_size) {
+    const int size = static_cast<int>(std::min<LocalIndex>(batch_size, end - first));
+    position.prefetch(first + prefetch_distance);
+    for (int b = 0; b < size; b += n_lanes) prepare<order, gradients>(arg.grid, position, first + b, b, batch);
     for (int b = 0; b < size; ++b)
-      gather<order, moments, gradients>(row_offsets, arg.velocity, arg.map.cell[first + b], b, batch);
-    if (arg.change)
-      for (int b = 0; b < size; ++b) gather_change<order>(row_offsets, arg.change, arg.map.cell[first + b], b, batch);
+      gather<order, moments, gradients, changes>(row_offsets, arg.velocity, arg.change, cell[first + b], b, batch);
     for (int b = 0; b < size; b += n_lanes) visit(first + b, b, std::min(n_lanes, size - b), batch);
   }
 }
@@ -230,16 +212,89 @@ void with_sums(const GridGeometry& grid, const TransferSettings& transfer, Funct
   });
 }
 
+// Columns that g2p reads and writes, and the largest values it meets.
+template <SplineOrder order, bool moments, bool gradients, bool changes>
+class Update {
+ public:
+  Update(const Arguments& arg, ParticleSet& set)
+      : arg_(arg),
+        id_(set.id()),
+        mass_(set, Field::mass),
+        position_(set, Field::position),
+        velocity_(set, Field::velocity),
+        affine_velocity_(set, Field::affine_velocity) {
+    if (set.has(Field::velocity_gradient)) velocity_gradient_.emplace(set, Field::velocity_gradient);
+  }
+
+  void operator()(LocalIndex p, int b, int n, const Batch<order>& batch) {
+    mass_.prefetch(p + prefetch_distance);
+    velocity_.prefetch(p + prefetch_distance);
+    if constexpr (moments) affine_velocity_.prefetch(p + prefetch_distance);
+    Motion motion = motion_of<moments, gradients>(arg_, b, batch);
+    const double fraction = arg_.transfer.flip_fraction();
+    Pack change[3];
+    if constexpr (changes) load_rows(&batch.change[b], 1, change);
+    for (int r = 0; r < 3; ++r) {
+      Pack& v = motion.velocity[r];
+      position_.store(p, position_(p, r) + arg_.dt * v, r);
+      if constexpr (changes) v = (1.0 - fraction) * v + fraction * (velocity_(p, r) + change[r]);
+      velocity_.store(p, v, r);
+    }
+    if constexpr (moments)
+      for (int c = 0; c < 9; ++c) affine_velocity_.store(p, motion.affine[c], c);
+    if (velocity_gradient_)
+      for (int c = 0; c < 9; ++c) velocity_gradient_->store(p, motion.gradient[c], c);
+
+    const Pack speed_squared = squares(motion.velocity);
+    Pack reach = square_root(speed_squared);
+    if constexpr (moments)
+      if (arg_.transfer.affine())
+        reach += square_root(squares(motion.affine)) * (moment_sum_ratio(order) * arg_.grid.cell_size);
+    include_lanes(speed_, speed_squared, id_ + p, n);
+    include_lanes(velocity_gradient_extreme_, squares(motion.gradient), id_ + p, n);
+    // Lanes past the end hold no particle and no mass.
+    mass_max_ = maximum(mass_max_, mass_(p));
+    momentum_max_ = maximum(momentum_max_, mass_(p) * reach);
+  }
+
+  void merge_into(StepBounds& bounds) const {
+    bounds.speed.include(speed_);
+    bounds.velocity_gradient.include(velocity_gradient_extreme_);
+    for (int lane = 0; lane < n_lanes; ++lane) {
+      bounds.mass = std::max(bounds.mass, mass_max_[lane]);
+      bounds.momentum = std::max(bounds.momentum, momentum_max_[lane]);
+    }
+  }
+
+ private:
+  const Arguments& arg_;
+  const GlobalIndex* id_;
+  FieldColumns<1> mass_;
+  MutableColumns<3> position_, velocity_;
+  MutableColumns<9> affine_velocity_;
+  std::optional<MutableColumns<9>> velocity_gradient_;
+  Extreme speed_, velocity_gradient_extreme_;
+  Pack mass_max_{}, momentum_max_{};
+};
+
+template <SplineOrder order, bool moments, bool gradients, bool changes>
+[[gnu::flatten]] void update_all(const Arguments& arg, ParticleSet& particles, ParticleBlock block, StepBounds& bounds) {
+  Update<order, moments, gradients, changes> update(arg, particles);
+  for_each_pack<order, moments, gradients, changes>(
+      arg, particles, block, [&](LocalIndex p, int b, int n, const auto& batch) { update(p, b, n, batch); });
+  update.merge_into(bounds);
+}
+
 }  // namespace
 
 void g2p(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const CellMap& map, double dt,
-         const Node* velocity, const Node* change, ParticleSet& particles, StepBounds& bounds) {
+         const Node* velocity, const Node* change, ParticleSet& particles, StepBounds& bounds, ParticleBlock block) {
   BULKLEY_ASSERT(transfer.needs_velocity_gradient() == particles.has(Field::velocity_gradient));
-  const Arguments arg{grid, transfer, layout, map, dt, velocity, transfer.flip_fraction() > 0.0 ? change : nullptr};
+  const bool changes = transfer.flip_fraction() > 0.0;
+  const Arguments arg{grid, transfer, layout, map, dt, velocity, changes ? change : nullptr};
   with_sums(grid, transfer, [&](auto order, auto moments, auto gradients) {
-    for_each_pack<order(), moments(), gradients()>(arg, particles, [&](LocalIndex p, int b, int n, const auto& batch) {
-      update<order(), moments(), gradients()>(arg, p, b, n, batch, particles, bounds);
-    });
+    changes ? update_all<order(), moments(), gradients(), true>(arg, particles, block, bounds)
+            : update_all<order(), moments(), gradients(), false>(arg, particles, block, bounds);
   });
 }
 
@@ -248,19 +303,19 @@ void measure_motion(const GridGeometry& grid, const TransferSettings& transfer, 
   const Arguments arg{grid, transfer, layout, map, 0.0, velocity, nullptr};
   const GlobalIndex* id = particles.id();
   with_sums(grid, transfer, [&](auto order, auto moments, auto gradients) {
-    for_each_pack<order(), moments(), gradients()>(arg, particles, [&](LocalIndex p, int b, int n, const auto& batch) {
-      Pack v[3], affine[9], gradient[9];
-      velocity_gradients<moments(), gradients()>(arg, b, batch, affine, gradient);
-      for (int r = 0; r < 3; ++r) v[r] = load(&batch.velocity[r][b]);
-      const Pack gradient_squared = squares(gradient);
-      include_lanes(bounds.speed, squares(v), id + p, n);
+    const auto visit = [&](LocalIndex p, int b, int n, const auto& batch) {
+      const Motion motion = motion_of<moments(), gradients()>(arg, b, batch);
+      const Pack gradient_squared = squares(motion.gradient);
+      include_lanes(bounds.speed, squares(motion.velocity), id + p, n);
       include_lanes(bounds.velocity_gradient, gradient_squared, id + p, n);
+      if (!any(gradient_squared - gradient_squared != broadcast<Pack>(0.0))) return;  // neither infinite nor NaN
       for (int lane = 0; lane < n; ++lane)
         if (!std::isfinite(gradient_squared[lane])) {
           ++bounds.n_not_finite;
           bounds.failed_id = std::min(bounds.failed_id, id[p + lane]);
         }
-    });
+    };
+    for_each_pack<order(), moments(), gradients(), false>(arg, particles, {}, visit);
   });
 }
 
@@ -279,8 +334,10 @@ void measure_particles(const GridGeometry& grid, const TransferSettings& transfe
     const Pack mass = load(particles.real(Field::mass) + p);
     include_lanes(bounds.speed, speed_squared, id, n);
     include_lanes(bounds.velocity_gradient, affine_squared, id, n);
-    bounds.mass = std::max(bounds.mass, largest_lane(mass, n));
-    bounds.momentum = std::max(bounds.momentum, largest_lane(mass * reach, n));
+    for (int lane = 0; lane < n; ++lane) {
+      bounds.mass = std::max(bounds.mass, mass[lane]);
+      bounds.momentum = std::max(bounds.momentum, mass[lane] * reach[lane]);
+    }
   }
 }
 

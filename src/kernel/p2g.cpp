@@ -11,38 +11,30 @@ namespace bulkley {
 
 namespace {
 
-// What one particle gives to the nodes: w (q + i a_x + j a_y + k a_z) to node (i, j, k) of its stencil, plus, for the
-// B-spline form of the force, the gradient of w contracted with the columns of F.
-template <int n_columns>
-struct Columns {
-  alignas(64) double c[4 * n_columns][batch_size];
-
-  Quad quad(int column, int p) const {
-    return Quad{c[4 * column][p], c[4 * column + 1][p], c[4 * column + 2][p], c[4 * column + 3][p]};
-  }
-  void set(int column, int row, int p, Pack value) { store(&c[4 * column + row][p], value); }
-};
-
+// What one particle gives to node (i, j, k) of its stencil: w (q + i a_x + j a_y + k a_z) of momentum and mass; for the MLS
+// form of the force an impulse of the same kind, joined to it unless they are kept apart (`split`); for the B-spline form
+// (grad w) . F, F the columns of -dt V tau.
 template <SplineOrder order>
 struct Batch {
   static constexpr int s = stencil_width(order);
-  alignas(64) double w[3][s][batch_size];
-  alignas(64) double d[3][s][batch_size];  // derivatives, B-spline form only
-  Columns<4> linear;                       // q, a_x, a_y, a_z of mass and momentum (and of the impulse, unless split)
-  Columns<4> impulse;                      // MLS, split: q, a_x, a_y, a_z; B-spline: F_x, F_y, F_z
+  alignas(64) double wxy[s * s][batch_size];
+  alignas(64) double wz[s][batch_size];
+  alignas(64) double dxy[2][s * s][batch_size];  // B-spline form: derivatives d_x w_y and w_x d_y
+  alignas(64) double dz[s][batch_size];
+  alignas(64) Quad momentum[batch_size][4];  // q, a_x, a_y, a_z; q alone where they are zero
+  alignas(64) Quad impulse[batch_size][4];   // MLS, split: q, a_x, a_y, a_z; B-spline: F_x, F_y, F_z
 };
-
-inline void add_rounded(Node& node, Quad contribution, Quad constant) {
-  const Quad sum = load_quad(node) + rounded(contribution, constant);
-  std::memcpy(node.c, &sum, sizeof sum);
-}
 
 struct Arguments {
   const GridGeometry& grid;
   const TransferSettings& transfer;
   const PoolLayout& layout;
-  const ParticleSet& particles;
   const CellMap& map;
+  FieldColumns<3> position, velocity;
+  FieldColumns<9> affine_velocity;
+  FieldColumns<6> kirchhoff_stress;
+  FieldColumns<1> mass, reference_volume;
+  LocalIndex n_particles;
   double dt;
   Quad pool_constant;
   Quad impulse_constant;
@@ -50,118 +42,142 @@ struct Arguments {
   Node* impulse;
 };
 
-// Weights and the linear forms of n_lanes particles, first particle `p`, at place `b` of the batch.
+// Weights of n_lanes particles at distances `fx` above their base nodes, at place `b` of the batch.
+template <SplineOrder order, GradientForm form>
+void prepare_weights(const Pack (&fx)[3], int b, Batch<order>& batch) {
+  constexpr int s = stencil_width(order);
+  Pack w[3][s];
+  for (int a = 0; a < 3; ++a) spline_weights<order>(fx[a], w[a]);
+  for (int i = 0; i < s; ++i)
+    for (int j = 0; j < s; ++j) store(&batch.wxy[i * s + j][b], w[0][i] * w[1][j]);
+  for (int k = 0; k < s; ++k) store(&batch.wz[k][b], w[2][k]);
+  if constexpr (form == GradientForm::bspline) {
+    Pack d[3][s];
+    for (int a = 0; a < 3; ++a) spline_derivatives<order>(fx[a], d[a]);
+    for (int i = 0; i < s; ++i)
+      for (int j = 0; j < s; ++j) {
+        store(&batch.dxy[0][i * s + j][b], d[0][i] * w[1][j]);
+        store(&batch.dxy[1][i * s + j][b], w[0][i] * d[1][j]);
+      }
+    for (int k = 0; k < s; ++k) store(&batch.dz[k][b], d[2][k]);
+  }
+}
+
+// Everything the batch holds of n_lanes particles, first particle `p`, at place `b`.
 template <SplineOrder order, GradientForm form, bool split>
 void prepare(const Arguments& arg, LocalIndex p, int b, Batch<order>& batch) {
-  const ParticleSet& set = arg.particles;
   const double dx = arg.grid.cell_size;
-  constexpr int s = stencil_width(order);
   Pack fx[3];
-  for (int a = 0; a < 3; ++a) {
-    fx[a] = offset_in_stencil(arg.grid, a, load(set.real(Field::position, a) + p));
-    Pack w[s];
-    spline_weights<order>(fx[a], w);
-    for (int k = 0; k < s; ++k) store(&batch.w[a][k][b], w[k]);
-    if constexpr (form == GradientForm::bspline) {
-      Pack d[s];
-      spline_derivatives<order>(fx[a], d);
-      for (int k = 0; k < s; ++k) store(&batch.d[a][k][b], d[k]);
-    }
-  }
-  const Pack mass = load(set.real(Field::mass) + p);
-  const Pack volume = load(set.real(Field::reference_volume) + p);
-  SymTensor<Pack> stress;
-  for (int c = 0; c < 6; ++c) stress.c[c] = load(set.real(Field::kirchhoff_stress, c) + p);
+  for (int a = 0; a < 3; ++a) fx[a] = offset_in_stencil(arg.grid, a, arg.position(p, a));
+  prepare_weights<order, form>(fx, b, batch);
 
-  // Per cell: dx m C and, for the MLS form, -dt V tau D_p^-1 dx.
-  const bool affine = arg.transfer.affine();
-  const Pack force = volume * (-arg.dt * inverse_second_moment(order) / dx);
-  for (int r = 0; r < 3; ++r) {
-    Pack q = mass * load(set.real(Field::velocity, r) + p);
-    Pack impulse = broadcast<Pack>(0.0);
-    for (int c = 0; c < 3; ++c) {
-      Pack a = affine ? mass * dx * load(set.real(Field::affine_velocity, 3 * r + c) + p) : broadcast<Pack>(0.0);
-      if constexpr (form == GradientForm::mls) {
-        const Pack f = force * stress(r, c);
-        if constexpr (split) {
-          impulse -= f * fx[c];
-          batch.impulse.set(1 + c, r, b, f);
-        } else {
-          a += f;
-        }
-      } else {
-        batch.impulse.set(c, r, b, volume * (-arg.dt / dx) * stress(r, c));
-      }
-      q -= a * fx[c];
-      batch.linear.set(1 + c, r, b, a);
-    }
-    batch.linear.set(0, r, b, q);
-    if constexpr (form == GradientForm::mls && split) batch.impulse.set(0, r, b, impulse);
-  }
   const Pack zero = broadcast<Pack>(0.0);
-  batch.linear.set(0, 3, b, mass);
-  for (int c = 1; c < 4; ++c) batch.linear.set(c, 3, b, zero);
-  for (int c = 0; c < 4; ++c) batch.impulse.set(c, 3, b, zero);
+  const Pack mass = arg.mass(p);
+  const Pack volume = arg.reference_volume(p);
+  SymTensor<Pack> stress;
+  for (int c = 0; c < 6; ++c) stress.c[c] = arg.kirchhoff_stress(p, c);
+
+  // Rows x, y, z and mass of each column. Per cell: dx m C and, for the MLS form, -dt V tau D_p^-1 dx.
+  Pack q[4], a[3][4], fq[4], f[3][4];
+  q[3] = mass, fq[3] = zero;
+  for (int c = 0; c < 3; ++c) a[c][3] = f[c][3] = zero;
+  const Pack force = volume * (form == GradientForm::mls ? -arg.dt * inverse_second_moment(order) / dx : -arg.dt / dx);
+  const bool affine = arg.transfer.affine();
+  const Pack mass_dx = mass * dx;
+#pragma GCC unroll 3
+  for (int r = 0; r < 3; ++r) {
+    q[r] = mass * arg.velocity(p, r);
+    fq[r] = zero;
+#pragma GCC unroll 3
+    for (int c = 0; c < 3; ++c) {
+      a[c][r] = affine ? mass_dx * arg.affine_velocity(p, 3 * r + c) : zero;
+      f[c][r] = force * stress(r, c);
+      if constexpr (form == GradientForm::mls) {
+        if constexpr (split)
+          fq[r] -= f[c][r] * fx[c];
+        else
+          a[c][r] += f[c][r];
+      }
+      if constexpr (!split) q[r] -= a[c][r] * fx[c];
+    }
+  }
+  store_quads(q, &batch.momentum[b][0], 4);
+  if constexpr (!split)
+    for (int c = 0; c < 3; ++c) store_quads(a[c], &batch.momentum[b][1 + c], 4);
+  if constexpr (form == GradientForm::bspline) {
+    for (int c = 0; c < 3; ++c) store_quads(f[c], &batch.impulse[b][c], 4);
+  } else if constexpr (split) {
+    store_quads(fq, &batch.impulse[b][0], 4);
+    for (int c = 0; c < 3; ++c) store_quads(f[c], &batch.impulse[b][1 + c], 4);
+  }
+}
+
+inline void add_rounded(Node& node, Quad contribution, Quad constant) {
+  const Quad sum = load_quad(node) + rounded(contribution, constant);
+  std::memcpy(node.c, &sum, sizeof sum);
 }
 
 template <SplineOrder order, GradientForm form, bool split>
 void scatter(const Arguments& arg, LocalIndex cell, int b, const Batch<order>& batch) {
   constexpr int s = stencil_width(order);
-  const StencilRows<order> rows(arg.layout.row_offsets().data(), cell);
-  const Quad ax = batch.linear.quad(1, b), ay = batch.linear.quad(2, b), az = batch.linear.quad(3, b);
-  Quad qi = batch.linear.quad(0, b);
-  Quad fi{}, fx{}, fy{}, fz{};
-  if constexpr (form == GradientForm::bspline) {
-    fx = batch.impulse.quad(0, b), fy = batch.impulse.quad(1, b), fz = batch.impulse.quad(2, b);
-  } else if constexpr (split) {
-    fi = batch.impulse.quad(0, b), fx = batch.impulse.quad(1, b), fy = batch.impulse.quad(2, b),
-    fz = batch.impulse.quad(3, b);
-  }
+  constexpr bool mls = form == GradientForm::mls;
+  const StencilRows<order, Node> pool(arg.layout.row_offsets().data(), cell, arg.pool);
+  const StencilRows<order, Node> impulse(arg.layout.row_offsets().data(), cell, arg.impulse);
+  const Quad* const m = batch.momentum[b];
+  const Quad* const f = batch.impulse[b];
+  Quad qi = m[0], fi = f[0];
 #pragma GCC unroll 4
   for (int i = 0; i < s; ++i) {
     Quad qj = qi, fj = fi;
 #pragma GCC unroll 4
     for (int j = 0; j < s; ++j) {
-      const LocalIndex row = rows(i, j);
-      const double wij = batch.w[0][i][b] * batch.w[1][j][b];
-      Quad qk = qj, fk = fj;
-      Quad across{};  // the part of grad w . F that shares w_z
-      double along = 0.0;
-      if constexpr (form == GradientForm::bspline) {
-        across = (batch.d[0][i][b] * batch.w[1][j][b]) * fx + (batch.w[0][i][b] * batch.d[1][j][b]) * fy;
-        along = wij;
-      }
+      const double w = batch.wxy[i * s + j][b];
+      Node* const to = pool(i, j);
+      Node* const to_impulse = split ? impulse(i, j) : nullptr;
+      Quad q = w * qj;
+      Quad g{}, gz{};
+      if constexpr (!mls) {
+        g = batch.dxy[0][i * s + j][b] * f[0] + batch.dxy[1][i * s + j][b] * f[1];
+        gz = w * f[2];
+      } else if constexpr (split) {
+        g = w * fj;
+        gz = w * f[3];
+      } 
+      const Quad qz = w * m[3];
 #pragma GCC unroll 4
       for (int k = 0; k < s; ++k) {
-        const double wz = batch.w[2][k][b];
-        Quad contribution = (wij * wz) * qk;
-        if constexpr (form == GradientForm::bspline) {
-          const Quad impulse = wz * across + (along * batch.d[2][k][b]) * fz;
-          if constexpr (split)
-            add_rounded(arg.impulse[row + k], impulse, arg.impulse_constant);
-          else
-            contribution += impulse;
-        } else if constexpr (split) {
-          add_rounded(arg.impulse[row + k], (wij * wz) * fk, arg.impulse_constant);
-          fk += fz;
+        const double wz = batch.wz[k][b];
+        if constexpr (split) {
+          add_rounded(to[k], wz * q, arg.pool_constant);
+          add_rounded(to_impulse[k], mls ? wz * g : wz * g + batch.dz[k][b] * gz, arg.impulse_constant);
+          if constexpr (mls) g += gz;
+        } else {
+          add_rounded(to[k], mls ? wz * q : wz * q + (wz * g + batch.dz[k][b] * gz), arg.pool_constant);
+          q += qz;
         }
-        add_rounded(arg.pool[row + k], contribution, arg.pool_constant);
-        qk += az;
       }
-      qj += ay;
-      fj += fy;
+      if constexpr (!split) qj += m[2];
+      if constexpr (mls && split) fj += f[2];
     }
-    qi += ax;
-    fi += fx;
+    if constexpr (!split) qi += m[1];
+    if constexpr (mls && split) fi += f[1];
   }
 }
 
+// Flattened: every call below is inlined here.
 template <SplineOrder order, GradientForm form, bool split>
-void run(const Arguments& arg) {
+[[gnu::flatten]] void run(const Arguments& arg) {
   Batch<order> batch;
-  const LocalIndex n = arg.particles.size();
+  const LocalIndex n = arg.n_particles;
   for (LocalIndex first = 0; first < n; first += batch_size) {
     const int size = static_cast<int>(std::min<LocalIndex>(batch_size, n - first));
+    const LocalIndex ahead = first + prefetch_distance;
+    arg.position.prefetch(ahead);
+    arg.velocity.prefetch(ahead);
+    if (arg.transfer.affine()) arg.affine_velocity.prefetch(ahead);
+    arg.kirchhoff_stress.prefetch(ahead);
+    arg.mass.prefetch(ahead);
+    arg.reference_volume.prefetch(ahead);
     for (int b = 0; b < size; b += n_lanes) prepare<order, form, split>(arg, first + b, b, batch);
     for (int b = 0; b < size; ++b) scatter<order, form, split>(arg, arg.map.cell[first + b], b, batch);
   }
@@ -185,7 +201,22 @@ void p2g(const GridGeometry& grid, const TransferSettings& transfer, const PoolL
   const bool split = transfer.flip_fraction() > 0.0;
   BULKLEY_ASSERT(split == (impulse != nullptr) || particles.size() == 0);
   const double m = rounding_constant(sums.mass), q = rounding_constant(sums.momentum), f = rounding_constant(sums.impulse);
-  const Arguments arg{grid, transfer, layout, particles, map, dt, Quad{q, q, q, m}, Quad{f, f, f, m}, pool, impulse};
+  const Arguments arg{grid,
+                      transfer,
+                      layout,
+                      map,
+                      {particles, Field::position},
+                      {particles, Field::velocity},
+                      {particles, Field::affine_velocity},
+                      {particles, Field::kirchhoff_stress},
+                      {particles, Field::mass},
+                      {particles, Field::reference_volume},
+                      particles.size(),
+                      dt,
+                      Quad{q, q, q, m},
+                      Quad{f, f, f, m},
+                      pool,
+                      impulse};
   std::fill_n(pool, layout.n_nodes(), Node{});
   if (split) std::fill_n(impulse, layout.n_nodes(), Node{});
   with_order(grid.order, [&](auto order) {

@@ -1,10 +1,10 @@
 #include "bulkley/kernel/stress_update.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cstring>
 #include <limits>
 
+#include "batch.hpp"
 #include "bulkley/base/error.hpp"
 
 namespace bulkley {
@@ -37,21 +37,6 @@ struct LaneExtremes {
       bounds.smallest_volume_ratio = std::min(bounds.smallest_volume_ratio, smallest_volume_ratio[lane]);
       bounds.largest_volume_ratio = std::max(bounds.largest_volume_ratio, largest_volume_ratio[lane]);
     }
-  }
-};
-
-// Pointers to the columns of one field, loaded and stored a pack at a time.
-template <int n>
-struct Columns {
-  std::array<double*, n> column;
-
-  Columns(ParticleSet& particles, Field field) {
-    for (int c = 0; c < n; ++c) column[c] = particles.real(field, c);
-  }
-  Pack load(LocalIndex p, int c = 0) const { return bulkley::load(column[c] + p); }
-  // Particles outside `mask` keep their value.
-  void store(LocalIndex p, PackMask mask, Pack value, int c = 0) const {
-    bulkley::store(column[c] + p, select(mask, value, load(p, c)));
   }
 };
 
@@ -93,32 +78,41 @@ void count_failures(PackMask inverted, PackMask not_finite, PackMask ids, StepBo
 // Flattened: every call below is inlined here, so that this file's floating-point options hold for all of it.
 template <class Law>
 [[gnu::flatten]] void update_all(const Law& law, std::uint8_t material_index, Field gradient, double dt,
-                                 ParticleSet& particles, StepBounds& bounds) {
-  const Columns<9> velocity_gradient(particles, gradient);
-  const Columns<6> left_cauchy_green(particles, Field::left_cauchy_green);
-  const Columns<1> volume_ratio(particles, Field::volume_ratio);
-  const Columns<6> kirchhoff_stress(particles, Field::kirchhoff_stress);
-  const Columns<1> plastic_shear_rate(particles, Field::plastic_shear_rate);
-  const Columns<1> plastic_dissipation(particles, Field::plastic_dissipation);
-  const Columns<1> reference_volume(particles, Field::reference_volume);
+                                 ParticleSet& particles, StepBounds& bounds, ParticleBlock block) {
+  const FieldColumns<9> velocity_gradient(particles, gradient);
+  const MutableColumns<6> left_cauchy_green(particles, Field::left_cauchy_green);
+  const MutableColumns<1> volume_ratio(particles, Field::volume_ratio);
+  const MutableColumns<6> kirchhoff_stress(particles, Field::kirchhoff_stress);
+  const MutableColumns<1> plastic_shear_rate(particles, Field::plastic_shear_rate);
+  const MutableColumns<1> plastic_dissipation(particles, Field::plastic_dissipation);
+  const FieldColumns<1> reference_volume(particles, Field::reference_volume);
   const std::uint8_t* material = particles.material();
   const GlobalIndex* id = particles.id();
-  const LocalIndex size = particles.size();
+  const LocalIndex end = std::min(block.end, particles.size());
   const PackMask lane = lane_numbers();
   const Pack zero{};
   LaneExtremes extremes;
 
-  for (LocalIndex p = 0; p < size; p += n_lanes) {
-    const PackMask mine = lanes_of_material(material + p, material_index, lane, size - p);
+  for (LocalIndex p = block.begin; p < end; p += n_lanes) {
+    const PackMask mine = lanes_of_material(material + p, material_index, lane, end - p);
     if (!any(mine)) continue;
+    left_cauchy_green.prefetch(p + prefetch_distance);
+    kirchhoff_stress.prefetch(p + prefetch_distance);
+    volume_ratio.prefetch(p + prefetch_distance);
+    reference_volume.prefetch(p + prefetch_distance);
+    __builtin_prefetch(id + p + prefetch_distance);
+    if constexpr (Law::flows) {
+      plastic_shear_rate.prefetch(p + prefetch_distance);
+      plastic_dissipation.prefetch(p + prefetch_distance);
+    }
 
     // Other lanes compute a particle at rest: cheap, and free of their material's or the padding's numbers.
     Tensor<Pack> L;
-    for (int c = 0; c < 9; ++c) L.c[c] = select(mine, velocity_gradient.load(p, c), zero);
+    for (int c = 0; c < 9; ++c) L.c[c] = select(mine, velocity_gradient(p, c), zero);
     State<Pack> state;
     for (int c = 0; c < 6; ++c)
-      state.left_cauchy_green.c[c] = select(mine, left_cauchy_green.load(p, c), broadcast<Pack>(c < 3 ? 1.0 : 0.0));
-    state.volume_ratio = select(mine, volume_ratio.load(p), broadcast<Pack>(1.0));
+      state.left_cauchy_green.c[c] = select(mine, left_cauchy_green(p, c), broadcast<Pack>(c < 3 ? 1.0 : 0.0));
+    state.volume_ratio = select(mine, volume_ratio(p), broadcast<Pack>(1.0));
 
     Tensor<Pack> f;
     for (int c = 0; c < 9; ++c) f.c[c] = L.c[c] * dt;
@@ -132,14 +126,20 @@ template <class Law>
     const PackMask valid = mine & ~inverted & ~not_finite;
     if (any(inverted | not_finite)) count_failures(inverted, not_finite, ids, bounds);
 
-    for (int c = 0; c < 6; ++c) left_cauchy_green.store(p, valid, state.left_cauchy_green.c[c], c);
-    for (int c = 0; c < 6; ++c) kirchhoff_stress.store(p, valid, result.kirchhoff_stress.c[c], c);
-    volume_ratio.store(p, valid, state.volume_ratio);
-    plastic_shear_rate.store(p, valid, result.plastic_shear_rate);
-    if constexpr (Law::flows) plastic_dissipation.store(p, valid, plastic_dissipation.load(p) + result.dissipation);
+    // Other particles keep their values.
+    const auto put = [&](const auto& columns, Pack value, int c = 0) {
+      columns.store(p, select(valid, value, columns(p, c)), c);
+    };
+    for (int c = 0; c < 6; ++c) put(left_cauchy_green, state.left_cauchy_green.c[c], c);
+    for (int c = 0; c < 6; ++c) put(kirchhoff_stress, result.kirchhoff_stress.c[c], c);
+    put(volume_ratio, state.volume_ratio);
+    if constexpr (Law::flows) {
+      put(plastic_shear_rate, result.plastic_shear_rate);
+      put(plastic_dissipation, plastic_dissipation(p) + result.dissipation);
+    }
 
     extremes.include(valid, square_root(law.wave_speed_squared(state)), ids,
-                     reference_volume.load(p) * square_root(norm_squared(result.kirchhoff_stress)), state.volume_ratio);
+                     reference_volume(p) * square_root(norm_squared(result.kirchhoff_stress)), state.volume_ratio);
   }
   extremes.merge_into(bounds);
 }
@@ -147,10 +147,10 @@ template <class Law>
 }  // namespace
 
 void stress_update(const Material& material, std::uint8_t material_index, Field gradient, double dt, ParticleSet& particles,
-                   StepBounds& bounds) {
+                   StepBounds& bounds, ParticleBlock block) {
   BULKLEY_ASSERT(dt > 0.0);
   BULKLEY_ASSERT(gradient == Field::affine_velocity || gradient == Field::velocity_gradient);
-  std::visit([&](const auto& law) { update_all(law, material_index, gradient, dt, particles, bounds); }, material);
+  std::visit([&](const auto& law) { update_all(law, material_index, gradient, dt, particles, bounds, block); }, material);
 }
 
 }  // namespace bulkley

@@ -126,26 +126,14 @@ void ParticleSet::reorder(std::span<const LocalIndex> order) {
 }
 
 void ParticleSet::remove(std::span<const LocalIndex> gone) {
-  const auto n_gone = static_cast<LocalIndex>(gone.size());
-  const LocalIndex remaining = size_ - n_gone;
-  // Gaps below `remaining` are filled, in order, by the survivors above it.
-  std::vector<LocalIndex> from;
-  auto next_gone = std::lower_bound(gone.begin(), gone.end(), remaining);
-  const auto n_gaps = static_cast<std::size_t>(next_gone - gone.begin());
-  for (LocalIndex p = remaining; p < size_; ++p) {
-    if (next_gone != gone.end() && *next_gone == p)
-      ++next_gone;
-    else
-      from.push_back(p);
-  }
-  BULKLEY_ASSERT(from.size() == n_gaps);
   for (std::size_t c = 0; c < columns_.size(); ++c) {
     const std::size_t element = columns_[c].element_size;
-    for (std::size_t k = 0; k < n_gaps; ++k)
-      std::memcpy(data_[c] + static_cast<std::size_t>(gone[k]) * element,
-                  data_[c] + static_cast<std::size_t>(from[k]) * element, element);
+    fill_gaps(gone, size_, [&](LocalIndex to, LocalIndex from) {
+      std::memcpy(data_[c] + static_cast<std::size_t>(to) * element, data_[c] + static_cast<std::size_t>(from) * element,
+                  element);
+    });
   }
-  resize(remaining);
+  resize(size_ - static_cast<LocalIndex>(gone.size()));
 }
 
 std::size_t ParticleSet::memory() const {

@@ -15,6 +15,9 @@ namespace {
 // Particles drift out of cell order slowly; a physical sort pays off every few steps. It never changes a result.
 constexpr GlobalIndex sort_interval = 8;
 
+// Particles are advanced in blocks whose columns stay in the second-level cache from one kernel to the next.
+constexpr LocalIndex block_size = 1024;
+
 // A node with less than this part of the largest possible nodal mass counts as empty: there the rounding of the order-free
 // sums nears the velocity itself. No larger than that, for what an empty node received is lost to the particles.
 constexpr double empty_mass = 0x1p-48;
@@ -57,6 +60,8 @@ Solver::Solver(const Comm& comm, Physics physics, Partition partition, ParticleS
       owned_(grid_.create_vector()) {
   if (physics_.transfer.flip_fraction() > 0.0) owned_impulse_ = grid_.create_vector();
   StepBounds local;
+  start_placing();
+  place({}, local);
   settle(local);
   if (bounds_.failed()) report_failure();
   if (bounds)
@@ -131,37 +136,53 @@ bool Solver::judge(const TimeStepPlan& plan) {
   return is_acceptable(physics_.time, physics_.grid.cell_size, plan, motion);
 }
 
+// Nodes -> particles, their stress, and their new cells.
 void Solver::transfer_to_particles(double dt, StepBounds& local) {
-  {
-    const Phase phase(times_, "g2p");
-    g2p(physics_.grid, physics_.transfer, layout_, map_, dt, pool_.data(), impulse_.empty() ? nullptr : impulse_.data(),
-        particles_, local);
-  }
-  const Phase phase(times_, "stress_update");
   const Field gradient = physics_.transfer.needs_velocity_gradient() ? Field::velocity_gradient : Field::affine_velocity;
-  for (std::size_t m = 0; m < physics_.materials.size(); ++m)
-    stress_update(physics_.materials[m].material, static_cast<std::uint8_t>(m), gradient, dt, particles_, local);
+  const Node* change = impulse_.empty() ? nullptr : impulse_.data();
+  StepBounds outside;
+  start_placing();
+  for (LocalIndex first = 0; first < particles_.size(); first += block_size) {
+    const ParticleBlock block{first, first + block_size};
+    {
+      const Phase phase(times_, "g2p");
+      g2p(physics_.grid, physics_.transfer, layout_, map_, dt, pool_.data(), change, particles_, local, block);
+    }
+    {
+      const Phase phase(times_, "stress_update");
+      for (std::size_t m = 0; m < physics_.materials.size(); ++m)
+        stress_update(physics_.materials[m].material, static_cast<std::uint8_t>(m), gradient, dt, particles_, local, block);
+    }
+    place(block, outside);
+  }
+  // A position is not finite because the velocity was not: such a particle has been counted already.
+  outside.n_not_finite = std::max<GlobalIndex>(0, outside.n_not_finite - local.n_not_finite);
+  local.merge(outside);
 }
 
-// Brings every particle into its cell on the rank that works on its tile, and merges what the ranks have learned.
+void Solver::start_placing() {
+  removed_.clear();
+  strays_.clear();
+  map_.reset(layout_, particles_.size());
+}
+
+// Positions -> domain and cells. After a failure cells are undefined; the all-reduce will stop every rank.
+void Solver::place(ParticleBlock block, StepBounds& outside) {
+  const Phase phase(times_, "locate");
+  confine(physics_.grid, physics_.faces, particles_, removed_, outside, block);
+  if (!outside.failed()) locate(physics_.grid, layout_, particles_, map_, strays_, block);
+}
+
+// Brings every particle that has been placed to the rank that works on its tile, and merges what the ranks have learned.
 void Solver::settle(StepBounds& local) {
-  {
-    const Phase phase(times_, "locate");
-    departures_.clear();
-    local.needs_rebuild = settle_locally(local, departures_);
+  local.n_removed = static_cast<GlobalIndex>(removed_.size());
+  if (!removed_.empty() && !local.failed()) {
+    particles_.remove(removed_);
+    start_placing();
+    place({}, local);
   }
-  {
-    const Phase phase(times_, "migrate");
-    const LocalIndex arrived = migrate(comm_, departures_, particles_);
-    local.n_migrated = arrived;
-    if (arrived > 0 || !departures_.empty()) {
-      departures_.clear();
-      local.cell_count = 0;
-      strays_.clear();
-      if (!local.failed()) locate(physics_.grid, layout_, particles_, map_, strays_, local);
-      if (!strays_.empty()) local.needs_rebuild = 1;
-    }
-  }
+  send_strays(local);
+  local.cell_count = map_.largest_count();
   local.n_particles = local.largest_share = particles_.size();
   {
     const Phase phase(times_, "reduce");
@@ -176,81 +197,40 @@ void Solver::settle(StepBounds& local) {
   }
 }
 
-// Positions -> domain and cells; particles of other ranks' tiles become departures. Returns whether the pool lacks a tile.
-bool Solver::settle_locally(StepBounds& local, std::vector<Departure>& departures) {
-  removed_.clear();
-  StepBounds outside;
-  confine(physics_.grid, physics_.faces, particles_, removed_, outside);
-  // A position is not finite because the velocity was not: such a particle has been counted already.
-  outside.n_not_finite = std::max<GlobalIndex>(0, outside.n_not_finite - local.n_not_finite);
-  local.merge(outside);
-  if (local.failed()) return false;  // cells are undefined; the all-reduce will stop every rank
-  if (!removed_.empty()) particles_.remove(removed_);
-  local.n_removed = static_cast<GlobalIndex>(removed_.size());
-
-  strays_.clear();
-  locate(physics_.grid, layout_, particles_, map_, strays_, local);
-  bool lacks_tile = false;
-  for (const Stray& stray : strays_) {
-    const std::int32_t worker = partition_.worker[static_cast<std::size_t>(stray.tile)];
-    if (worker == comm_.rank())
-      lacks_tile = true;
-    else
-      departures.push_back({stray.particle, worker});
-  }
-  return lacks_tile;
-}
-
-namespace {
-
-void sort_unique(std::vector<TileIndex>& tiles) {
-  std::sort(tiles.begin(), tiles.end());
-  tiles.erase(std::unique(tiles.begin(), tiles.end()), tiles.end());
-}
-
-// The tiles of this rank that hold particles, with a margin: those that a particle may enter by moving one cell.
-std::vector<TileIndex> tiles_in_reach(const GridGeometry& geometry, const ParticleSet& particles,
-                                      std::span<const std::int32_t> worker, int rank) {
-  std::vector<TileIndex> tiles;
-  Int3 last{-1, -1, -1};
-  for (LocalIndex p = 0; p < particles.size(); ++p) {
-    const Vec3 x = particles.vector(Field::position, p);
-    Int3 base, from, to;
-    for (int a = 0; a < 3; ++a) base[a] = geometry.base_node(a, x[a]);
-    if (base == last) continue;
-    last = base;
-    for (int a = 0; a < 3; ++a) {  // another tile can be reached only from a cell at the tile's edge
-      from[a] = base[a] % tile_width == 0 ? base[a] - 1 : base[a];
-      to[a] = base[a] % tile_width == tile_width - 1 ? base[a] + 1 : base[a];
+// Sends particles of other ranks' tiles there, takes in theirs, and notes whether the pool lacks a tile of this rank.
+void Solver::send_strays(StepBounds& local) {
+  const Phase phase(times_, "migrate");
+  departures_.clear();
+  departed_.clear();
+  if (!local.failed())
+    for (const Stray& stray : strays_) {
+      const std::int32_t worker = partition_.worker[static_cast<std::size_t>(stray.tile)];
+      if (worker == comm_.rank()) {
+        local.needs_rebuild = 1;
+      } else {
+        departures_.push_back({stray.particle, worker});
+        departed_.push_back(stray.particle);
+      }
     }
-    Int3 node;
-    auto place = [&](int axis, int index) {  // false beyond the grid
-      const int n = geometry.n_nodes(axis);
-      node[axis] = geometry.periodic[axis] ? (index + n) % n : index;
-      return node[axis] >= 0 && node[axis] < n;
-    };
-    for (int i = from[0]; i <= to[0]; ++i)
-      for (int j = from[1]; j <= to[1]; ++j)
-        for (int k = from[2]; k <= to[2]; ++k) {
-          if (!place(0, i) || !place(1, j) || !place(2, k)) continue;
-          const TileIndex tile = geometry.tile_of_node(node);
-          if (worker[static_cast<std::size_t>(tile)] == rank && (tiles.empty() || tiles.back() != tile))
-            tiles.push_back(tile);
-        }
-    if (tiles.size() > (1u << 20)) sort_unique(tiles);  // bounds the memory of an unsorted particle set
-  }
-  sort_unique(tiles);
-  return tiles;
+  const LocalIndex n_before = particles_.size();
+  const LocalIndex n_arrived = migrate(comm_, departures_, particles_);
+  local.n_migrated = n_arrived;
+  if (local.failed() || (n_arrived == 0 && departures_.empty())) return;
+  // Strays are not counted in any cell, so what is left to do is to follow the particles' moves and to count the arrivals.
+  fill_gaps<LocalIndex>(departed_, n_before, [&](LocalIndex to, LocalIndex from) { map_.cell[to] = map_.cell[from]; });
+  map_.resize(particles_.size());
+  strays_.clear();
+  locate(physics_.grid, layout_, particles_, map_, strays_, {particles_.size() - n_arrived, particles_.size()});
+  if (!strays_.empty()) local.needs_rebuild = 1;
 }
-
-}  // namespace
 
 // A new pool for the tiles that hold particles now or may soon, and the exchange and constraints that belong to it.
 void Solver::rebuild() {
   const Phase phase(times_, "rebuild");
   ++n_rebuilds_;
   const GridGeometry& geometry = physics_.grid;
-  std::vector<TileIndex> tiles = tiles_in_reach(geometry, particles_, partition_.worker, comm_.rank());
+  std::vector<TileIndex> tiles = tiles_in_reach(geometry, particles_);
+  std::erase_if(tiles, [&](TileIndex tile) { return partition_.worker[static_cast<std::size_t>(tile)] != comm_.rank(); });
   collective_guard(comm_, [&] { layout_ = PoolLayout(geometry, std::move(tiles)); });
   exchange_ = std::make_unique<Exchange>(comm_, grid_, layout_);
   pool_.assign(static_cast<std::size_t>(layout_.n_nodes()), Node{});
@@ -262,11 +242,10 @@ void Solver::rebuild() {
   constraints_ = node_constraints(geometry, physics_.faces, physics_.colliders, nodes);
   for (NodeConstraint& constraint : constraints_) constraint.node = active[static_cast<std::size_t>(constraint.node)];
 
-  StepBounds count;
-  strays_.clear();
-  locate(geometry, layout_, particles_, map_, strays_, count);
+  start_placing();
+  locate(geometry, layout_, particles_, map_, strays_);
   BULKLEY_ASSERT(strays_.empty());
-  bounds_.cell_count = max_global(comm_, count.cell_count);
+  bounds_.cell_count = max_global(comm_, GlobalIndex{map_.largest_count()});
   steps_since_sort_ = sort_interval;
 }
 

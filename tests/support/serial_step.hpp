@@ -150,8 +150,9 @@ class SerialStep {
  private:
   void find_cells() {
     std::vector<Stray> strays;
-    bounds.cell_count = 0;
-    locate(scene.grid, layout, particles, map, strays, bounds);
+    map.reset(layout, particles.size());
+    locate(scene.grid, layout, particles, map, strays);
+    bounds.cell_count = map.largest_count();
   }
 };
 

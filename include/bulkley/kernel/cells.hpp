@@ -15,6 +15,12 @@ namespace bulkley {
 struct CellMap {
   std::vector<LocalIndex> cell;   ///< by particle, then ParticleSet::padding entries that kernels may read
   std::vector<LocalIndex> count;  ///< particles by cell
+
+  /// Room for `n_particles` in the cells of `layout`; none is counted yet.
+  void reset(const PoolLayout& layout, LocalIndex n_particles);
+  /// Room for `n_particles`, the first of them as before.
+  void resize(LocalIndex n_particles);
+  LocalIndex largest_count() const;
 };
 
 /// A particle that is not in a tile of this rank's pool.
@@ -25,14 +31,20 @@ struct Stray {
 
 /// Brings positions back into the domain: wraps periodic axes, puts particles that have crossed a wall by less than half a
 /// cell back onto it. Particles beyond an outflow face are appended to `removed` (ascending); beyond any other face they
-/// count as escaped, and not-finite positions as such (`bounds`), and stay where they are. Not collective.
+/// count as escaped, and not-finite positions as such (`bounds`), and stay where they are. Only particles of `block`. Not
+/// collective.
 void confine(const GridGeometry& grid, const Faces& faces, ParticleSet& particles, std::vector<LocalIndex>& removed,
-             StepBounds& bounds);
+             StepBounds& bounds, ParticleBlock block = {});
 
-/// Fills `map` and bounds.cell_count; particles in tiles outside the pool get cell 0, are not counted and are appended to
-/// `strays`. Precondition: positions inside the domain. Not collective.
+/// Finds the cells of the particles of `block` and counts them there; particles in tiles outside the pool get cell 0, are not
+/// counted and are appended to `strays`. Preconditions: `map` was reset for `layout` and has room for the particles, each is
+/// counted once; positions inside the domain. Not collective.
 void locate(const GridGeometry& grid, const PoolLayout& layout, const ParticleSet& particles, CellMap& map,
-            std::vector<Stray>& strays, StepBounds& bounds);
+            std::vector<Stray>& strays, ParticleBlock block = {});
+
+/// The tiles that hold particles and those that a particle may enter by moving one cell; ascending. Precondition: positions
+/// inside the domain. Not collective.
+std::vector<TileIndex> tiles_in_reach(const GridGeometry& grid, const ParticleSet& particles);
 
 /// Physically sorts particles by tile and cell, and `map` with them. Not collective.
 void sort_particles(ParticleSet& particles, CellMap& map);

@@ -10,9 +10,9 @@ namespace bulkley {
 /// transfer is not affine but L_p is read from it), velocity_gradient where the transfer needs it, and position (T10): x_p
 /// += dt v_pic, always with the interpolated grid velocity. `velocity`: v_i after forces and boundaries; `change`: v_i
 /// minus its value before forces, read when flip_fraction > 0. Merges speed, velocity_gradient, mass and momentum into
-/// `bounds`. Not collective.
+/// `bounds`. Only particles of `block`. Not collective.
 void g2p(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const CellMap& map, double dt,
-         const Node* velocity, const Node* change, ParticleSet& particles, StepBounds& bounds);
+         const Node* velocity, const Node* change, ParticleSet& particles, StepBounds& bounds, ParticleBlock block = {});
 
 /// What g2p would find, without touching a particle: merges velocity_gradient, speed (of the interpolated velocity) and
 /// not-finite particles into `bounds`. Judges a time step before it is taken. Not collective.

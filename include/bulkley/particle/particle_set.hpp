@@ -1,8 +1,10 @@
 #pragma once
 // The particles of one rank: structure of arrays, described by one field table.
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
+#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
@@ -68,6 +70,28 @@ inline constexpr std::array field_table = {
 constexpr const FieldInfo& info(Field field) { return field_table[static_cast<std::size_t>(field)]; }
 
 constexpr std::size_t element_size(FieldType type) { return type == FieldType::uint8 ? 1 : 8; }
+
+/// Particles begin .. end - 1, or all from `begin` on if there are fewer. Kernels that write particles write whole packs:
+/// for them `end` is a multiple of ParticleSet::padding above `begin`, or beyond the last particle.
+struct ParticleBlock {
+  LocalIndex begin = 0;
+  LocalIndex end = std::numeric_limits<LocalIndex>::max();
+};
+
+/// Calls move(to, from) for each survivor that fills a gap when the elements `gone` (ascending, each once) of `size` elements
+/// are removed: the last ones fill the gaps, in order.
+template <class Index, class Move>
+void fill_gaps(std::span<const Index> gone, Index size, Move move) {
+  const Index remaining = size - static_cast<Index>(gone.size());
+  auto gap = gone.begin();
+  auto next_gone = std::lower_bound(gone.begin(), gone.end(), remaining);
+  for (Index from = remaining; from < size; ++from) {
+    if (next_gone != gone.end() && *next_gone == from)
+      ++next_gone;
+    else
+      move(*gap++, from);
+  }
+}
 
 /// The particles of one rank. Each component of each field is a contiguous array ("column") of `size()` elements, 64-byte
 /// aligned, followed by at least `padding` readable elements so that vector code may run over the end.

@@ -67,7 +67,9 @@ class Solver {
   bool judge(const TimeStepPlan& plan);
   void transfer_to_particles(double dt, StepBounds& local);
   void settle(StepBounds& local);
-  bool settle_locally(StepBounds& local, std::vector<Departure>& departures);
+  void start_placing();
+  void place(ParticleBlock block, StepBounds& outside);
+  void send_strays(StepBounds& local);
   void rebuild();
   void measure_start();
   [[noreturn]] void report_failure() const;
@@ -86,7 +88,7 @@ class Solver {
   std::vector<NodeConstraint> constraints_;
   CellMap map_;
   std::vector<Stray> strays_;
-  std::vector<LocalIndex> removed_;
+  std::vector<LocalIndex> removed_, departed_;
   std::vector<Departure> departures_;
   PhaseTimes times_;
   GlobalIndex steps_since_sort_ = 0;

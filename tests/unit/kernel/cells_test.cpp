@@ -85,8 +85,8 @@ TEST(Locate, EveryParticleIsInTheCellOfItsBaseNode) {
       const ParticleSet set = particles_at(positions);
       CellMap map;
       std::vector<Stray> strays;
-      StepBounds bounds;
-      locate(grid, layout, set, map, strays, bounds);
+      map.reset(layout, set.size());
+      locate(grid, layout, set, map, strays);
       EXPECT_TRUE(strays.empty());
       ASSERT_EQ(map.cell.size(), positions.size() + ParticleSet::padding);
       std::map<LocalIndex, LocalIndex> count;
@@ -95,7 +95,7 @@ TEST(Locate, EveryParticleIsInTheCellOfItsBaseNode) {
         ASSERT_EQ(map.cell[p], expected_cell(grid, layout, positions[p]));
         largest = std::max<GlobalIndex>(largest, ++count[map.cell[p]]);
       }
-      EXPECT_EQ(bounds.cell_count, largest);
+      EXPECT_EQ(map.largest_count(), largest);
       ASSERT_EQ(map.count.size(), layout.tiles().size() * 64);
       for (std::size_t cell = 0; cell < map.count.size(); ++cell)
         ASSERT_EQ(map.count[cell], count[static_cast<LocalIndex>(cell)]);
@@ -113,8 +113,8 @@ TEST(Locate, ParticlesOfOtherTilesAreStrays) {
   const ParticleSet set = particles_at(positions);
   CellMap map;
   std::vector<Stray> strays;
-  StepBounds bounds;
-  locate(grid, layout, set, map, strays, bounds);
+  map.reset(layout, set.size());
+  locate(grid, layout, set, map, strays);
   std::size_t next = 0;
   LocalIndex n_inside = 0;
   for (std::size_t p = 0; p < positions.size(); ++p) {
@@ -138,14 +138,16 @@ TEST(Locate, WithoutTilesAllAreStraysAndWithoutParticlesThereAreNone) {
   const GridGeometry grid = box();
   CellMap map;
   std::vector<Stray> strays;
-  StepBounds bounds;
-  locate(grid, PoolLayout(grid, {}), particles_at(random_positions(grid, 10)), map, strays, bounds);
+  const PoolLayout no_tiles(grid, {}), layout(grid, all_tiles(grid));
+  map.reset(no_tiles, 18);
+  locate(grid, no_tiles, particles_at(random_positions(grid, 10)), map, strays);
   EXPECT_EQ(strays.size(), 18u);
-  EXPECT_EQ(bounds.cell_count, 0);
+  EXPECT_EQ(map.largest_count(), 0);
   strays.clear();
-  locate(grid, PoolLayout(grid, all_tiles(grid)), particles_at({}), map, strays, bounds);
+  map.reset(layout, 0);
+  locate(grid, layout, particles_at({}), map, strays);
   EXPECT_TRUE(strays.empty());
-  EXPECT_EQ(bounds.cell_count, 0);
+  EXPECT_EQ(map.largest_count(), 0);
 }
 
 // --- sort ------------------------------------------------------------------------------------------------------------
@@ -156,8 +158,8 @@ TEST(SortParticles, OrdersByCellAndKeepsTheOrderWithinOne) {
   ParticleSet set = particles_at(random_positions(grid, 2000));
   CellMap map;
   std::vector<Stray> strays;
-  StepBounds bounds;
-  locate(grid, layout, set, map, strays, bounds);
+  map.reset(layout, set.size());
+  locate(grid, layout, set, map, strays);
   std::vector<std::pair<LocalIndex, GlobalIndex>> expected;
   std::map<GlobalIndex, Vec3> position;
   for (LocalIndex p = 0; p < set.size(); ++p) {
@@ -175,7 +177,8 @@ TEST(SortParticles, OrdersByCellAndKeepsTheOrderWithinOne) {
   EXPECT_EQ(map.count, count);
 
   ParticleSet none = particles_at({});
-  locate(grid, layout, none, map, strays, bounds);
+  map.reset(layout, 0);
+  locate(grid, layout, none, map, strays);
   sort_particles(none, map);
   EXPECT_EQ(none.size(), 0);
 }

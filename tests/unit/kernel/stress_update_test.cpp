@@ -262,15 +262,6 @@ TEST(StressUpdateSelection, ReadsTheGradientFieldItIsTold) {
   EXPECT_NEAR(set.real(Field::kirchhoff_stress, 3)[0], solid.parameters.shear_modulus * 20.0 * dt, 1e-10);
 }
 
-TEST(StressUpdateSelection, ALawWithoutFlowClearsTheFlowRate) {
-  Point point{.id = 1, .rate = 5.0, .dissipation = 2.0};
-  ParticleSet set = make_set({point});
-  StepBounds bounds;
-  stress_update(solid, 0, Field::affine_velocity, dt, set, bounds);
-  EXPECT_EQ(get(set, 0).rate, 0.0);
-  EXPECT_EQ(get(set, 0).dissipation, 2.0);
-}
-
 class StressUpdateFailure : public testing::TestWithParam<int> {};
 
 INSTANTIATE_TEST_SUITE_P(Place, StressUpdateFailure, testing::Range(0, 2 * n_lanes + 1));
