@@ -84,12 +84,27 @@ class StencilRows {
     offsets_ = row_offsets + std::size_t{c / tile_nodes} * (w * w) + (c / (t * t) % t) * w + c / t % t;
     first_ = pool + c % t;
   }
-  NodeType* operator()(int i, int j) const { return first_ + offsets_[i * footprint_width(order) + j]; }
+  NodeType* operator()(int i, int j) const {
+    NodeType* row = first_ + offsets_[i * footprint_width(order) + j];
+    asm("" : "+r"(row));  // computed once, not again for each of its nodes
+    return row;
+  }
 
  private:
   const LocalIndex* offsets_;
   NodeType* first_;
 };
+
+/// Two pools of one layout: the node of the second that corresponds to a node of the first, from their distance in bytes, so
+/// that one row address serves both.
+inline std::ptrdiff_t offset_between(const Node* first_pool, const Node* second_pool) {
+  return static_cast<std::ptrdiff_t>(reinterpret_cast<std::uintptr_t>(second_pool) -
+                                     reinterpret_cast<std::uintptr_t>(first_pool));
+}
+template <class NodeType>
+inline NodeType* shifted(NodeType* node, std::ptrdiff_t offset) {
+  return reinterpret_cast<NodeType*>(reinterpret_cast<std::uintptr_t>(node) + static_cast<std::uintptr_t>(offset));
+}
 
 /// Rows of n_lanes numbers, cut into quads.
 inline constexpr int quads_per_pack = n_lanes / 4;

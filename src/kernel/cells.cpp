@@ -69,10 +69,18 @@ struct Place {
   Pack local;
 };
 
-Place place_of(const GridGeometry& grid, const Pack (&x)[3]) {
+void store_integers(Pack values, std::int32_t (&to)[n_lanes]) {
+  using Integers [[gnu::vector_size(n_lanes * 4)]] = std::int32_t;
+  const Integers integers = __builtin_convertvector(values, Integers);
+  std::memcpy(to, &integers, sizeof to);
+}
+
+inline Place place_of(const GridGeometry& grid, Pack x, Pack y, Pack z) {
+  const Pack coordinate[3] = {x, y, z};
   Place place{};
+#pragma GCC unroll 3
   for (int a = 0; a < 3; ++a) {
-    Pack base = base_node(grid, a, x[a]);
+    const Pack base = base_node(grid, a, coordinate[a]);
     const Pack tile = round_down(base * (1.0 / tile_width));
     place.tile = place.tile * static_cast<double>(grid.n_tiles(a)) + tile;
     place.local = place.local * static_cast<double>(tile_width) + (base - tile * static_cast<double>(tile_width));
@@ -82,7 +90,7 @@ Place place_of(const GridGeometry& grid, const Pack (&x)[3]) {
 
 }  // namespace
 
-void confine(const GridGeometry& grid, const Faces& faces, ParticleSet& particles, std::vector<LocalIndex>& removed,
+[[gnu::flatten]] void confine(const GridGeometry& grid, const Faces& faces, ParticleSet& particles, std::vector<LocalIndex>& removed,
              StepBounds& bounds, ParticleBlock block) {
   double* const x[3] = {particles.real(Field::position, 0), particles.real(Field::position, 1),
                         particles.real(Field::position, 2)};
@@ -100,6 +108,7 @@ void confine(const GridGeometry& grid, const Faces& faces, ParticleSet& particle
 void CellMap::reset(const PoolLayout& layout, LocalIndex n_particles) {
   resize(n_particles);
   count.assign(layout.tiles().size() * tile_nodes, 0);
+  n_jumps = 0;
 }
 
 void CellMap::resize(LocalIndex n_particles) {
@@ -109,40 +118,49 @@ void CellMap::resize(LocalIndex n_particles) {
 
 LocalIndex CellMap::largest_count() const { return count.empty() ? 0 : *std::max_element(count.begin(), count.end()); }
 
-void locate(const GridGeometry& grid, const PoolLayout& layout, const ParticleSet& particles, CellMap& map,
-            std::vector<Stray>& strays, ParticleBlock block) {
+[[gnu::flatten]] void locate(const GridGeometry& geometry, const PoolLayout& layout, const ParticleSet& particles,
+                             CellMap& map, std::vector<Stray>& strays, ParticleBlock block) {
+  const GridGeometry grid = geometry;  // its own copy, which no store can be suspected to change
   const double* const x[3] = {particles.real(Field::position, 0), particles.real(Field::position, 1),
                               particles.real(Field::position, 2)};
+  LocalIndex* const cell = map.cell.data();
+  LocalIndex* const count = map.count.data();
   const LocalIndex end = std::min(block.end, particles.size());
-  using Ints [[gnu::vector_size(n_lanes * 4)]] = std::int32_t;
+  TileIndex last_tile = -1;
+  LocalIndex slot = -1, n_jumps = 0;
   for (LocalIndex first = block.begin; first < end; first += n_lanes) {
-    const Place place = place_of(grid, {load(x[0] + first), load(x[1] + first), load(x[2] + first)});
-    alignas(Ints) std::int32_t tile[n_lanes], local[n_lanes];
-    const Ints tiles = __builtin_convertvector(place.tile, Ints), locals = __builtin_convertvector(place.local, Ints);
-    std::memcpy(tile, &tiles, sizeof tile);
-    std::memcpy(local, &locals, sizeof local);
+    const Place place = place_of(grid, load(x[0] + first), load(x[1] + first), load(x[2] + first));
+    TileIndex tile[n_lanes];
+    std::int32_t local[n_lanes];
+    store_integers(place.tile, tile);
+    store_integers(place.local, local);
     const int n = std::min<LocalIndex>(n_lanes, end - first);
     for (int lane = 0; lane < n; ++lane) {
-      const LocalIndex slot = layout.slot(tile[lane]);
+      if (tile[lane] != last_tile) {
+        last_tile = tile[lane];
+        slot = layout.slot(last_tile);
+        ++n_jumps;
+      }
       if (slot < 0) {
-        map.cell[first + lane] = 0;
-        strays.push_back({first + lane, tile[lane]});
+        cell[first + lane] = 0;
+        strays.push_back({first + lane, last_tile});
         continue;
       }
-      const LocalIndex cell = slot * tile_nodes + local[lane];
-      map.cell[first + lane] = cell;
-      ++map.count[cell];
+      const LocalIndex here = slot * tile_nodes + local[lane];
+      cell[first + lane] = here;
+      ++count[here];
     }
   }
+  map.n_jumps += n_jumps;
 }
 
-std::vector<TileIndex> tiles_in_reach(const GridGeometry& grid, const ParticleSet& particles) {
+[[gnu::flatten]] std::vector<TileIndex> tiles_in_reach(const GridGeometry& grid, const ParticleSet& particles) {
   // One bit for each base node of a tile.
   std::vector<std::uint64_t> occupied(static_cast<std::size_t>(grid.n_tiles()), 0);
   const double* const x[3] = {particles.real(Field::position, 0), particles.real(Field::position, 1),
                               particles.real(Field::position, 2)};
   for (LocalIndex first = 0; first < particles.size(); first += n_lanes) {
-    const Place place = place_of(grid, {load(x[0] + first), load(x[1] + first), load(x[2] + first)});
+    const Place place = place_of(grid, load(x[0] + first), load(x[1] + first), load(x[2] + first));
     for (int lane = 0; lane < std::min<LocalIndex>(n_lanes, particles.size() - first); ++lane)
       occupied[static_cast<std::size_t>(place.tile[lane])] |= std::uint64_t{1} << static_cast<int>(place.local[lane]);
   }

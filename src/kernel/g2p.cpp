@@ -26,9 +26,10 @@ struct Batch {
   alignas(64) Quad change[batch_size];
 };
 
-// Adds node k's share of a sum of (k - 1) t.
+// Node k's share of a sum of t, and of one of (k - 1) t. The first share sets the sum.
+inline void add_share(Quad& sum, int k, Quad t) { sum = k == 0 ? t : sum + t; }
 inline void add_moment(Quad& sum, int k, Quad t) {
-  if (k == 0) sum -= t;
+  if (k == 0) sum = -t;
   if (k == 2) sum += t;
   if (k == 3) sum += t + t;
 }
@@ -53,11 +54,10 @@ void prepare(const GridGeometry& grid, const FieldColumns<3>& position, LocalInd
 
 // The three nested sums are factored by direction: z, then y, then x.
 template <SplineOrder order, bool moments, bool gradients, bool changes>
-void gather(const LocalIndex* row_offsets, const Node* velocity, const Node* change, LocalIndex cell, int b,
+void gather(const LocalIndex* row_offsets, const Node* velocity, std::ptrdiff_t change_offset, LocalIndex cell, int b,
             Batch<order>& batch) {
   constexpr int s = stencil_width(order);
   const StencilRows<order, const Node> rows(row_offsets, cell, velocity);
-  const StencilRows<order, const Node> change_rows(row_offsets, cell, change);
   Quad v{}, m[3] = {}, g[3] = {}, h{};
 #pragma GCC unroll 4
   for (int i = 0; i < s; ++i) {
@@ -65,47 +65,44 @@ void gather(const LocalIndex* row_offsets, const Node* velocity, const Node* cha
 #pragma GCC unroll 4
     for (int j = 0; j < s; ++j) {
       const Node* const row = rows(i, j);
-      Quad vz{}, slope{}, derivative{};
+      Quad vz{}, slope{}, derivative{}, hz{};
 #pragma GCC unroll 4
       for (int k = 0; k < s; ++k) {
+        const double w = batch.w[2][k][b];
         const Quad node = load_quad(row[k]);
-        const Quad t = batch.w[2][k][b] * node;
-        vz += t;
+        const Quad t = w * node;
+        add_share(vz, k, t);
         if constexpr (moments) add_moment(slope, k, t);
-        if constexpr (gradients) derivative += batch.d[2][k][b] * node;
+        if constexpr (gradients) add_share(derivative, k, batch.d[2][k][b] * node);
+        if constexpr (changes) add_share(hz, k, w * load_quad(shifted(row, change_offset)[k]));
       }
-      const double wy = batch.w[1][j][b];
-      const Quad t = wy * vz;
-      vy += t;
+      const double w = batch.w[1][j][b];
+      const Quad t = w * vz;
+      add_share(vy, j, t);
       if constexpr (moments) {
         add_moment(my, j, t);
-        mz += wy * slope;
+        add_share(mz, j, w * slope);
       }
       if constexpr (gradients) {
-        gy += batch.d[1][j][b] * vz;
-        gz += wy * derivative;
+        add_share(gy, j, batch.d[1][j][b] * vz);
+        add_share(gz, j, w * derivative);
       }
-      if constexpr (changes) {
-        Quad hz{};
-#pragma GCC unroll 4
-        for (int k = 0; k < s; ++k) hz += batch.w[2][k][b] * load_quad(change_rows(i, j)[k]);
-        hy += wy * hz;
-      }
+      if constexpr (changes) add_share(hy, j, w * hz);
     }
-    const double wx = batch.w[0][i][b];
-    const Quad t = wx * vy;
-    v += t;
+    const double w = batch.w[0][i][b];
+    const Quad t = w * vy;
+    add_share(v, i, t);
     if constexpr (moments) {
       add_moment(m[0], i, t);
-      m[1] += wx * my;
-      m[2] += wx * mz;
+      add_share(m[1], i, w * my);
+      add_share(m[2], i, w * mz);
     }
     if constexpr (gradients) {
-      g[0] += batch.d[0][i][b] * vy;
-      g[1] += wx * gy;
-      g[2] += wx * gz;
+      add_share(g[0], i, batch.d[0][i][b] * vy);
+      add_share(g[1], i, w * gy);
+      add_share(g[2], i, w * gz);
     }
-    if constexpr (changes) h += wx * hy;
+    if constexpr (changes) add_share(h, i, w * hy);
   }
   batch.velocity[b] = v;
   for (int c = 0; c < 3; ++c) {
@@ -130,13 +127,13 @@ Pack squares(const Pack (&values)[size]) {
 }
 
 struct Arguments {
-  const GridGeometry& grid;
-  const TransferSettings& transfer;
-  const PoolLayout& layout;
-  const CellMap& map;
+  GridGeometry grid;
+  TransferSettings transfer;
+  const LocalIndex* row_offsets;
+  const LocalIndex* cell;
   double dt;
   const Node* velocity;
-  const Node* change;
+  std::ptrdiff_t change_offset;  // from `velocity`, see offset_between
 };
 
 // What the nodes give to n_lanes particles, from the sums of the batch: v, C_p and L_p (row-major).
@@ -183,18 +180,17 @@ Motion motion_of(const Arguments& arg, int b, const Batch<order>& batch) {
 
 // Calls `visit(first particle, place in batch, lanes, batch)` for all packs of the block, after their sums are gathered.
 template <SplineOrder order, bool moments, bool gradients, bool changes, class Visit>
-void for_each_pack(const Arguments& arg, const ParticleSet& set, ParticleBlock block, Visit visit) {
+[[gnu::flatten]] void for_each_pack(const Arguments& arguments, const ParticleSet& set, ParticleBlock block, Visit visit) {
+  const Arguments arg = arguments;  // its own copy, which no store can be suspected to change
   Batch<order> batch;
   const FieldColumns<3> position(set, Field::position);
-  const LocalIndex* row_offsets = arg.layout.row_offsets().data();
-  const LocalIndex* cell = arg.map.cell.data();
   const LocalIndex end = std::min(block.end, set.size());
   for (LocalIndex first = block.begin; first < end; first += batch_size) {
     const int size = static_cast<int>(std::min<LocalIndex>(batch_size, end - first));
     position.prefetch(first + prefetch_distance);
     for (int b = 0; b < size; b += n_lanes) prepare<order, gradients>(arg.grid, position, first + b, b, batch);
     for (int b = 0; b < size; ++b)
-      gather<order, moments, gradients, changes>(row_offsets, arg.velocity, arg.change, cell[first + b], b, batch);
+      gather<order, moments, gradients, changes>(arg.row_offsets, arg.velocity, arg.change_offset, arg.cell[first + b], b, batch);
     for (int b = 0; b < size; b += n_lanes) visit(first + b, b, std::min(n_lanes, size - b), batch);
   }
 }
@@ -291,7 +287,7 @@ void g2p(const GridGeometry& grid, const TransferSettings& transfer, const PoolL
          const Node* velocity, const Node* change, ParticleSet& particles, StepBounds& bounds, ParticleBlock block) {
   BULKLEY_ASSERT(transfer.needs_velocity_gradient() == particles.has(Field::velocity_gradient));
   const bool changes = transfer.flip_fraction() > 0.0;
-  const Arguments arg{grid, transfer, layout, map, dt, velocity, changes ? change : nullptr};
+  const Arguments arg{grid, transfer, layout.row_offsets().data(), map.cell.data(), dt, velocity, changes ? offset_between(velocity, change) : 0};
   with_sums(grid, transfer, [&](auto order, auto moments, auto gradients) {
     changes ? update_all<order(), moments(), gradients(), true>(arg, particles, block, bounds)
             : update_all<order(), moments(), gradients(), false>(arg, particles, block, bounds);
@@ -300,7 +296,7 @@ void g2p(const GridGeometry& grid, const TransferSettings& transfer, const PoolL
 
 void measure_motion(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const CellMap& map,
                     const Node* velocity, const ParticleSet& particles, StepBounds& bounds) {
-  const Arguments arg{grid, transfer, layout, map, 0.0, velocity, nullptr};
+  const Arguments arg{grid, transfer, layout.row_offsets().data(), map.cell.data(), 0.0, velocity, 0};
   const GlobalIndex* id = particles.id();
   with_sums(grid, transfer, [&](auto order, auto moments, auto gradients) {
     const auto visit = [&](LocalIndex p, int b, int n, const auto& batch) {

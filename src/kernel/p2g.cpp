@@ -26,10 +26,10 @@ struct Batch {
 };
 
 struct Arguments {
-  const GridGeometry& grid;
-  const TransferSettings& transfer;
-  const PoolLayout& layout;
-  const CellMap& map;
+  GridGeometry grid;
+  bool affine;
+  const LocalIndex* row_offsets;
+  const LocalIndex* cell;
   FieldColumns<3> position, velocity;
   FieldColumns<9> affine_velocity;
   FieldColumns<6> kirchhoff_stress;
@@ -39,7 +39,7 @@ struct Arguments {
   Quad pool_constant;
   Quad impulse_constant;
   Node* pool;
-  Node* impulse;
+  std::ptrdiff_t impulse_offset;  // from `pool`, see offset_between
 };
 
 // Weights of n_lanes particles at distances `fx` above their base nodes, at place `b` of the batch.
@@ -82,7 +82,6 @@ void prepare(const Arguments& arg, LocalIndex p, int b, Batch<order>& batch) {
   q[3] = mass, fq[3] = zero;
   for (int c = 0; c < 3; ++c) a[c][3] = f[c][3] = zero;
   const Pack force = volume * (form == GradientForm::mls ? -arg.dt * inverse_second_moment(order) / dx : -arg.dt / dx);
-  const bool affine = arg.transfer.affine();
   const Pack mass_dx = mass * dx;
 #pragma GCC unroll 3
   for (int r = 0; r < 3; ++r) {
@@ -90,7 +89,7 @@ void prepare(const Arguments& arg, LocalIndex p, int b, Batch<order>& batch) {
     fq[r] = zero;
 #pragma GCC unroll 3
     for (int c = 0; c < 3; ++c) {
-      a[c][r] = affine ? mass_dx * arg.affine_velocity(p, 3 * r + c) : zero;
+      a[c][r] = arg.affine ? mass_dx * arg.affine_velocity(p, 3 * r + c) : zero;
       f[c][r] = force * stress(r, c);
       if constexpr (form == GradientForm::mls) {
         if constexpr (split)
@@ -121,8 +120,7 @@ template <SplineOrder order, GradientForm form, bool split>
 void scatter(const Arguments& arg, LocalIndex cell, int b, const Batch<order>& batch) {
   constexpr int s = stencil_width(order);
   constexpr bool mls = form == GradientForm::mls;
-  const StencilRows<order, Node> pool(arg.layout.row_offsets().data(), cell, arg.pool);
-  const StencilRows<order, Node> impulse(arg.layout.row_offsets().data(), cell, arg.impulse);
+  const StencilRows<order, Node> pool(arg.row_offsets, cell, arg.pool);
   const Quad* const m = batch.momentum[b];
   const Quad* const f = batch.impulse[b];
   Quad qi = m[0], fi = f[0];
@@ -133,7 +131,7 @@ void scatter(const Arguments& arg, LocalIndex cell, int b, const Batch<order>& b
     for (int j = 0; j < s; ++j) {
       const double w = batch.wxy[i * s + j][b];
       Node* const to = pool(i, j);
-      Node* const to_impulse = split ? impulse(i, j) : nullptr;
+      Node* const to_impulse = shifted(to, arg.impulse_offset);
       Quad q = w * qj;
       Quad g{}, gz{};
       if constexpr (!mls) {
@@ -166,7 +164,8 @@ void scatter(const Arguments& arg, LocalIndex cell, int b, const Batch<order>& b
 
 // Flattened: every call below is inlined here.
 template <SplineOrder order, GradientForm form, bool split>
-[[gnu::flatten]] void run(const Arguments& arg) {
+[[gnu::flatten]] void run(const Arguments& arguments) {
+  const Arguments arg = arguments;  // its own copy, which no store to a node can be suspected to change
   Batch<order> batch;
   const LocalIndex n = arg.n_particles;
   for (LocalIndex first = 0; first < n; first += batch_size) {
@@ -174,12 +173,12 @@ template <SplineOrder order, GradientForm form, bool split>
     const LocalIndex ahead = first + prefetch_distance;
     arg.position.prefetch(ahead);
     arg.velocity.prefetch(ahead);
-    if (arg.transfer.affine()) arg.affine_velocity.prefetch(ahead);
+    if (arg.affine) arg.affine_velocity.prefetch(ahead);
     arg.kirchhoff_stress.prefetch(ahead);
     arg.mass.prefetch(ahead);
     arg.reference_volume.prefetch(ahead);
     for (int b = 0; b < size; b += n_lanes) prepare<order, form, split>(arg, first + b, b, batch);
-    for (int b = 0; b < size; ++b) scatter<order, form, split>(arg, arg.map.cell[first + b], b, batch);
+    for (int b = 0; b < size; ++b) scatter<order, form, split>(arg, arg.cell[first + b], b, batch);
   }
 }
 
@@ -202,9 +201,9 @@ void p2g(const GridGeometry& grid, const TransferSettings& transfer, const PoolL
   BULKLEY_ASSERT(split == (impulse != nullptr) || particles.size() == 0);
   const double m = rounding_constant(sums.mass), q = rounding_constant(sums.momentum), f = rounding_constant(sums.impulse);
   const Arguments arg{grid,
-                      transfer,
-                      layout,
-                      map,
+                      transfer.affine(),
+                      layout.row_offsets().data(),
+                      map.cell.data(),
                       {particles, Field::position},
                       {particles, Field::velocity},
                       {particles, Field::affine_velocity},
@@ -216,7 +215,7 @@ void p2g(const GridGeometry& grid, const TransferSettings& transfer, const PoolL
                       Quad{q, q, q, m},
                       Quad{f, f, f, m},
                       pool,
-                      impulse};
+                      split ? offset_between(pool, impulse) : 0};
   std::fill_n(pool, layout.n_nodes(), Node{});
   if (split) std::fill_n(impulse, layout.n_nodes(), Node{});
   with_order(grid.order, [&](auto order) {

@@ -12,8 +12,10 @@ namespace bulkley {
 
 namespace {
 
-// Particles drift out of cell order slowly; a physical sort pays off every few steps. It never changes a result.
-constexpr GlobalIndex sort_interval = 8;
+// Particles drift out of cell order slowly. A physical sort costs about as much as the nodes of another tile for every
+// particle, so it pays off once that many jumps from tile to tile have been made since the last one. It never changes a
+// result.
+constexpr GlobalIndex jumps_per_sort = 4;  // per particle
 
 // Particles are advanced in blocks whose columns stay in the second-level cache from one kernel to the next.
 constexpr LocalIndex block_size = 1024;
@@ -190,10 +192,11 @@ void Solver::settle(StepBounds& local) {
   }
   if (bounds_.failed()) return;
   if (bounds_.needs_rebuild || !exchange_) rebuild();
-  if (++steps_since_sort_ >= sort_interval) {
+  n_jumps_ += map_.n_jumps;
+  if (n_jumps_ >= jumps_per_sort * particles_.size()) {
     const Phase phase(times_, "sort");
     sort_particles(particles_, map_);
-    steps_since_sort_ = 0;
+    n_jumps_ = 0;
   }
 }
 
@@ -246,7 +249,6 @@ void Solver::rebuild() {
   locate(geometry, layout_, particles_, map_, strays_);
   BULKLEY_ASSERT(strays_.empty());
   bounds_.cell_count = max_global(comm_, GlobalIndex{map_.largest_count()});
-  steps_since_sort_ = sort_interval;
 }
 
 namespace {

@@ -15,6 +15,7 @@ namespace bulkley {
 struct CellMap {
   std::vector<LocalIndex> cell;   ///< by particle, then ParticleSet::padding entries that kernels may read
   std::vector<LocalIndex> count;  ///< particles by cell
+  LocalIndex n_jumps = 0;         ///< particles that are in another tile than the one before them
 
   /// Room for `n_particles` in the cells of `layout`; none is counted yet.
   void reset(const PoolLayout& layout, LocalIndex n_particles);

@@ -91,7 +91,7 @@ class Solver {
   std::vector<LocalIndex> removed_, departed_;
   std::vector<Departure> departures_;
   PhaseTimes times_;
-  GlobalIndex steps_since_sort_ = 0;
+  GlobalIndex n_jumps_ = 0;  ///< since the last sort
   GlobalIndex n_rebuilds_ = 0;
 };
 
