@@ -47,32 +47,51 @@ using MutableColumns = FieldColumns<n, double>;
 
 /// Forces a product to be rounded, so that the compiler cannot fuse it into a following sum: base nodes must come out here
 /// exactly as GridGeometry::base_node gives them.
-inline void keep_rounded(Pack& value) { asm("" : "+m"(value)); }
-
-/// Coordinates of the particles along one axis, in cells from the lower face.
-inline Pack cell_coordinate(const GridGeometry& grid, int axis, Pack coordinate) {
-  Pack xi = (coordinate - grid.lower[axis]) * grid.inverse_cell_size();
-  keep_rounded(xi);
-  return xi;
+inline void keep_rounded(Pack& value) {
+#if defined(__AVX__)
+  asm("" : "+x"(value));
+#else
+  asm("" : "+m"(value));
+#endif
 }
 
-/// Distance of each particle above its base node, in cells, along one axis.
-inline Pack offset_in_stencil(const GridGeometry& grid, int axis, Pack coordinate) {
-  const Pack xi = cell_coordinate(grid, axis, coordinate);
-  return xi - round_down(xi - grid.base_shift());
-}
+/// What kernels need of the grid's geometry, ready for use.
+struct CellFrame {
+  double lower[3];
+  double inverse_cell_size;
+  double base_shift;
+  double node_offset[3];
+  double period[3];  ///< cells along a periodic axis, else 0
 
-/// GridGeometry::base_node of each particle.
-inline Pack base_node(const GridGeometry& grid, int axis, Pack coordinate) {
-  Pack base = round_down(cell_coordinate(grid, axis, coordinate) - grid.base_shift()) +
-              static_cast<double>(grid.node_offset(axis));
-  if (grid.periodic[axis]) {
-    const Pack n_cells = broadcast<Pack>(grid.n_cells[axis]);
-    base = select(base < broadcast<Pack>(0.0), base + n_cells, base);
-    base = select(base >= n_cells, base - n_cells, base);
+  explicit CellFrame(const GridGeometry& grid) : inverse_cell_size(grid.inverse_cell_size()), base_shift(grid.base_shift()) {
+    for (int a = 0; a < 3; ++a) {
+      lower[a] = grid.lower[a];
+      node_offset[a] = grid.node_offset(a);
+      period[a] = grid.periodic[a] ? grid.n_cells[a] : 0.0;
+    }
   }
-  return base;
-}
+
+  /// Coordinates along one axis, in cells from the lower face.
+  Pack cell_coordinate(int axis, Pack coordinate) const {
+    Pack xi = (coordinate - lower[axis]) * inverse_cell_size;
+    keep_rounded(xi);
+    return xi;
+  }
+  /// Distance of each particle above its base node, in cells, along one axis.
+  Pack offset_in_stencil(int axis, Pack coordinate) const {
+    const Pack xi = cell_coordinate(axis, coordinate);
+    return xi - round_down(xi - base_shift);
+  }
+  /// GridGeometry::base_node of each particle.
+  Pack base_node(int axis, Pack coordinate) const {
+    Pack base = round_down(cell_coordinate(axis, coordinate) - base_shift) + node_offset[axis];
+    if (period[axis] > 0.0) {
+      base = select(base < broadcast<Pack>(0.0), base + period[axis], base);
+      base = select(base >= broadcast<Pack>(period[axis]), base - period[axis], base);
+    }
+    return base;
+  }
+};
 
 /// The nodes of one particle's stencil: `rows(i, j)` points to node (i, j, 0); nodes (i, j, 1), ... follow it.
 template <SplineOrder order, class NodeType>

@@ -75,14 +75,14 @@ void store_integers(Pack values, std::int32_t (&to)[n_lanes]) {
   std::memcpy(to, &integers, sizeof to);
 }
 
-inline Place place_of(const GridGeometry& grid, Pack x, Pack y, Pack z) {
+inline Place place_of(const CellFrame& frame, const Int3& n_tiles, Pack x, Pack y, Pack z) {
   const Pack coordinate[3] = {x, y, z};
   Place place{};
 #pragma GCC unroll 3
   for (int a = 0; a < 3; ++a) {
-    const Pack base = base_node(grid, a, coordinate[a]);
+    const Pack base = frame.base_node(a, coordinate[a]);
     const Pack tile = round_down(base * (1.0 / tile_width));
-    place.tile = place.tile * static_cast<double>(grid.n_tiles(a)) + tile;
+    place.tile = place.tile * static_cast<double>(n_tiles[a]) + tile;
     place.local = place.local * static_cast<double>(tile_width) + (base - tile * static_cast<double>(tile_width));
   }
   return place;
@@ -118,9 +118,10 @@ void CellMap::resize(LocalIndex n_particles) {
 
 LocalIndex CellMap::largest_count() const { return count.empty() ? 0 : *std::max_element(count.begin(), count.end()); }
 
-[[gnu::flatten]] void locate(const GridGeometry& geometry, const PoolLayout& layout, const ParticleSet& particles,
+[[gnu::flatten]] void locate(const GridGeometry& grid, const PoolLayout& layout, const ParticleSet& particles,
                              CellMap& map, std::vector<Stray>& strays, ParticleBlock block) {
-  const GridGeometry grid = geometry;  // its own copy, which no store can be suspected to change
+  const CellFrame frame(grid);
+  const Int3 n_tiles{grid.n_tiles(0), grid.n_tiles(1), grid.n_tiles(2)};
   const double* const x[3] = {particles.real(Field::position, 0), particles.real(Field::position, 1),
                               particles.real(Field::position, 2)};
   LocalIndex* const cell = map.cell.data();
@@ -129,7 +130,7 @@ LocalIndex CellMap::largest_count() const { return count.empty() ? 0 : *std::max
   TileIndex last_tile = -1;
   LocalIndex slot = -1, n_jumps = 0;
   for (LocalIndex first = block.begin; first < end; first += n_lanes) {
-    const Place place = place_of(grid, load(x[0] + first), load(x[1] + first), load(x[2] + first));
+    const Place place = place_of(frame, n_tiles, load(x[0] + first), load(x[1] + first), load(x[2] + first));
     TileIndex tile[n_lanes];
     std::int32_t local[n_lanes];
     store_integers(place.tile, tile);
@@ -156,11 +157,13 @@ LocalIndex CellMap::largest_count() const { return count.empty() ? 0 : *std::max
 
 [[gnu::flatten]] std::vector<TileIndex> tiles_in_reach(const GridGeometry& grid, const ParticleSet& particles) {
   // One bit for each base node of a tile.
+  const CellFrame frame(grid);
+  const Int3 n_tiles{grid.n_tiles(0), grid.n_tiles(1), grid.n_tiles(2)};
   std::vector<std::uint64_t> occupied(static_cast<std::size_t>(grid.n_tiles()), 0);
   const double* const x[3] = {particles.real(Field::position, 0), particles.real(Field::position, 1),
                               particles.real(Field::position, 2)};
   for (LocalIndex first = 0; first < particles.size(); first += n_lanes) {
-    const Place place = place_of(grid, load(x[0] + first), load(x[1] + first), load(x[2] + first));
+    const Place place = place_of(frame, n_tiles, load(x[0] + first), load(x[1] + first), load(x[2] + first));
     for (int lane = 0; lane < std::min<LocalIndex>(n_lanes, particles.size() - first); ++lane)
       occupied[static_cast<std::size_t>(place.tile[lane])] |= std::uint64_t{1} << static_cast<int>(place.local[lane]);
   }
@@ -185,7 +188,7 @@ LocalIndex CellMap::largest_count() const { return count.empty() ? 0 : *std::max
       Int3 there;
       bool exists = true;
       for (int a = 0; a < 3; ++a) {
-        const int n = grid.n_tiles(a);
+        const int n = n_tiles[a];
         there[a] = here[a] + step[a];
         if (grid.periodic[a]) there[a] = (there[a] + n) % n;
         exists = exists && there[a] >= 0 && there[a] < n;

@@ -35,11 +35,11 @@ inline void add_moment(Quad& sum, int k, Quad t) {
 }
 
 template <SplineOrder order, bool gradients>
-void prepare(const GridGeometry& grid, const FieldColumns<3>& position, LocalIndex p, int b, Batch<order>& batch) {
+void prepare(const CellFrame& frame, const FieldColumns<3>& position, LocalIndex p, int b, Batch<order>& batch) {
   constexpr int s = stencil_width(order);
 #pragma GCC unroll 3
   for (int a = 0; a < 3; ++a) {
-    const Pack fx = offset_in_stencil(grid, a, position(p, a));
+    const Pack fx = frame.offset_in_stencil(a, position(p, a));
     batch.distance[a][b / n_lanes] = fx;
     Pack w[s];
     spline_weights<order>(fx, w);
@@ -127,7 +127,8 @@ Pack squares(const Pack (&values)[size]) {
 }
 
 struct Arguments {
-  GridGeometry grid;
+  CellFrame frame;
+  double cell_size;
   TransferSettings transfer;
   const LocalIndex* row_offsets;
   const LocalIndex* cell;
@@ -145,7 +146,7 @@ struct Motion {
 
 template <bool moments, bool gradients, SplineOrder order>
 Motion motion_of(const Arguments& arg, int b, const Batch<order>& batch) {
-  const double inverse_dx = arg.grid.inverse_cell_size();
+  const double inverse_dx = arg.frame.inverse_cell_size;
   Motion motion;
   load_rows(&batch.velocity[b], 1, motion.velocity);
 #pragma GCC unroll 3
@@ -188,7 +189,7 @@ template <SplineOrder order, bool moments, bool gradients, bool changes, class V
   for (LocalIndex first = block.begin; first < end; first += batch_size) {
     const int size = static_cast<int>(std::min<LocalIndex>(batch_size, end - first));
     position.prefetch(first + prefetch_distance);
-    for (int b = 0; b < size; b += n_lanes) prepare<order, gradients>(arg.grid, position, first + b, b, batch);
+    for (int b = 0; b < size; b += n_lanes) prepare<order, gradients>(arg.frame, position, first + b, b, batch);
     for (int b = 0; b < size; ++b)
       gather<order, moments, gradients, changes>(arg.row_offsets, arg.velocity, arg.change_offset, arg.cell[first + b], b, batch);
     for (int b = 0; b < size; b += n_lanes) visit(first + b, b, std::min(n_lanes, size - b), batch);
@@ -245,7 +246,7 @@ class Update {
     Pack reach = square_root(speed_squared);
     if constexpr (moments)
       if (arg_.transfer.affine())
-        reach += square_root(squares(motion.affine)) * (moment_sum_ratio(order) * arg_.grid.cell_size);
+        reach += square_root(squares(motion.affine)) * (moment_sum_ratio(order) * arg_.cell_size);
     include_lanes(speed_, speed_squared, id_ + p, n);
     include_lanes(velocity_gradient_extreme_, squares(motion.gradient), id_ + p, n);
     // Lanes past the end hold no particle and no mass.
@@ -287,7 +288,7 @@ void g2p(const GridGeometry& grid, const TransferSettings& transfer, const PoolL
          const Node* velocity, const Node* change, ParticleSet& particles, StepBounds& bounds, ParticleBlock block) {
   BULKLEY_ASSERT(transfer.needs_velocity_gradient() == particles.has(Field::velocity_gradient));
   const bool changes = transfer.flip_fraction() > 0.0;
-  const Arguments arg{grid, transfer, layout.row_offsets().data(), map.cell.data(), dt, velocity, changes ? offset_between(velocity, change) : 0};
+  const Arguments arg{CellFrame(grid), grid.cell_size, transfer, layout.row_offsets().data(), map.cell.data(), dt, velocity, changes ? offset_between(velocity, change) : 0};
   with_sums(grid, transfer, [&](auto order, auto moments, auto gradients) {
     changes ? update_all<order(), moments(), gradients(), true>(arg, particles, block, bounds)
             : update_all<order(), moments(), gradients(), false>(arg, particles, block, bounds);
@@ -296,7 +297,7 @@ void g2p(const GridGeometry& grid, const TransferSettings& transfer, const PoolL
 
 void measure_motion(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const CellMap& map,
                     const Node* velocity, const ParticleSet& particles, StepBounds& bounds) {
-  const Arguments arg{grid, transfer, layout.row_offsets().data(), map.cell.data(), 0.0, velocity, 0};
+  const Arguments arg{CellFrame(grid), grid.cell_size, transfer, layout.row_offsets().data(), map.cell.data(), 0.0, velocity, 0};
   const GlobalIndex* id = particles.id();
   with_sums(grid, transfer, [&](auto order, auto moments, auto gradients) {
     const auto visit = [&](LocalIndex p, int b, int n, const auto& batch) {

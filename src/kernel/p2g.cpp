@@ -26,7 +26,8 @@ struct Batch {
 };
 
 struct Arguments {
-  GridGeometry grid;
+  CellFrame frame;
+  double cell_size;
   bool affine;
   const LocalIndex* row_offsets;
   const LocalIndex* cell;
@@ -66,9 +67,9 @@ void prepare_weights(const Pack (&fx)[3], int b, Batch<order>& batch) {
 // Everything the batch holds of n_lanes particles, first particle `p`, at place `b`.
 template <SplineOrder order, GradientForm form, bool split>
 void prepare(const Arguments& arg, LocalIndex p, int b, Batch<order>& batch) {
-  const double dx = arg.grid.cell_size;
+  const double dx = arg.cell_size;
   Pack fx[3];
-  for (int a = 0; a < 3; ++a) fx[a] = offset_in_stencil(arg.grid, a, arg.position(p, a));
+  for (int a = 0; a < 3; ++a) fx[a] = arg.frame.offset_in_stencil(a, arg.position(p, a));
   prepare_weights<order, form>(fx, b, batch);
 
   const Pack zero = broadcast<Pack>(0.0);
@@ -200,7 +201,8 @@ void p2g(const GridGeometry& grid, const TransferSettings& transfer, const PoolL
   const bool split = transfer.flip_fraction() > 0.0;
   BULKLEY_ASSERT(split == (impulse != nullptr) || particles.size() == 0);
   const double m = rounding_constant(sums.mass), q = rounding_constant(sums.momentum), f = rounding_constant(sums.impulse);
-  const Arguments arg{grid,
+  const Arguments arg{CellFrame(grid),
+                      grid.cell_size,
                       transfer.affine(),
                       layout.row_offsets().data(),
                       map.cell.data(),
