@@ -70,6 +70,25 @@ TEST_F(GridTest, LocateAgreesOnAllRanksAndWraps) {
   }
 }
 
+TEST_F(GridTest, ARunIsAllThatItsOwnerHoldsAlongZ) {
+  for (const GridGeometry& geometry : geometries()) {
+    const Grid grid(comm, geometry, uneven_partition(geometry, comm.size()));
+    for (int i = 0; i < geometry.n_nodes(0); ++i)
+      for (int j = 0; j < geometry.n_nodes(1); ++j)
+        for (int k = 0; k < geometry.n_nodes(2); ++k) {
+          const Grid::Location at = grid.locate({i, j, k});
+          for (LocalIndex n = 1; n < at.n_run; ++n) {
+            const Grid::Location next = grid.locate({i, j, k + n});
+            EXPECT_EQ(next.rank, at.rank);
+            EXPECT_EQ(next.index, at.index + n);
+          }
+          if (k + at.n_run < geometry.n_nodes(2)) {
+            EXPECT_NE(grid.locate({i, j, k + at.n_run}).rank, at.rank);
+          }
+        }
+  }
+}
+
 TEST_F(GridTest, ContainsWrapsPeriodicAxesOnly) {
   const GridGeometry slab = geometries()[2];
   const Grid grid(comm, slab, uneven_partition(slab, comm.size()));
@@ -94,7 +113,7 @@ TEST_F(GridTest, VectorsHoldOneNodeAfterTheOther) {
     BULKLEY_PETSC(DMDAVecGetArrayDOF(grid.dm(), vector.get(), &by_indices));
     for (LocalIndex n = 0; n < grid.n_owned(); ++n) {
       const Int3 node = grid.node(n);
-      for (int c = 0; c < 4; ++c) by_indices[node[2]][node[1]][node[0]][c] = 4.0 * n + c;
+      for (int c = 0; c < 4; ++c) by_indices[node[0]][node[1]][node[2]][c] = 4.0 * n + c;
     }
     BULKLEY_PETSC(DMDAVecRestoreArrayDOF(grid.dm(), vector.get(), &by_indices));
     const PetscScalar* flat = nullptr;
