@@ -35,7 +35,8 @@ class GridTest : public testing::Test {
 
 TEST_F(GridTest, EveryNodeHasOneOwner) {
   for (const GridGeometry& geometry : geometries()) {
-    const Grid grid(comm, geometry, uneven_partition(geometry, comm.size()));
+    const Partition partition = uneven_partition(geometry, comm.size());
+    const Grid grid(comm, geometry, partition);
     const Int3 n{geometry.n_nodes(0), geometry.n_nodes(1), geometry.n_nodes(2)};
     std::vector<int> n_owners(static_cast<std::size_t>(n[0]) * n[1] * n[2], 0), claimed(n_owners);
     for (LocalIndex k = 0; k < grid.n_owned(); ++k) {
@@ -43,6 +44,7 @@ TEST_F(GridTest, EveryNodeHasOneOwner) {
       const Grid::Location here = grid.locate(node);
       EXPECT_EQ(here.rank, comm.rank());
       EXPECT_EQ(here.index, k);
+      EXPECT_EQ(partition.worker[geometry.tile_of_node(node)], comm.rank());
       ++n_owners[(static_cast<std::size_t>(node[0]) * n[1] + node[1]) * n[2] + node[2]];
     }
     BULKLEY_MPI(
