@@ -149,7 +149,8 @@ Result measure(const Comm& comm, const Arguments& a) {
   for (LocalIndex p = 0; p < solver.particles().size(); ++p) flowing += rate[p] > 0.0 ? 1 : 0;
   result.yielded = static_cast<double>(sum_global(comm, flowing)) / n;
   result.bytes_per_particle = max_global(comm, memory) * comm.size() / n;
-  result.bytes_sent = 2.0 * max_global(comm, static_cast<double>(solver.exchange().bytes_remote()));
+  const Exchange& exchange = solver.exchange();
+  result.bytes_sent = max_global(comm, static_cast<double>(exchange.sent_by_add().bytes + exchange.sent_by_get().bytes));
   return result;
 }
 

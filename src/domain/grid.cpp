@@ -42,11 +42,11 @@ Grid::Grid(const Comm& comm, const GridGeometry& geometry, const Partition& part
   const std::vector<PetscInt> lx = petsc_ranges(partition.nodes[0]), ly = petsc_ranges(partition.nodes[1]),
                               lz = petsc_ranges(partition.nodes[2]);
   BULKLEY_PETSC(DMDACreate3d(comm.get(), DM_BOUNDARY_NONE, DM_BOUNDARY_NONE, DM_BOUNDARY_NONE, DMDA_STENCIL_BOX,
-                             geometry.n_nodes(0), geometry.n_nodes(1), geometry.n_nodes(2), n_ranks_[0], n_ranks_[1],
-                             n_ranks_[2], n_unknowns, 0, lx.data(), ly.data(), lz.data(), dm_.put()));
+                             geometry.n_nodes(2), geometry.n_nodes(1), geometry.n_nodes(0), n_ranks_[2], n_ranks_[1],
+                             n_ranks_[0], n_unknowns, 0, lz.data(), ly.data(), lx.data(), dm_.put()));
   BULKLEY_PETSC(DMSetUp(dm_.get()));
   PetscInt x, y, z, nx, ny, nz;
-  BULKLEY_PETSC(DMDAGetCorners(dm_.get(), &x, &y, &z, &nx, &ny, &nz));
+  BULKLEY_PETSC(DMDAGetCorners(dm_.get(), &z, &y, &x, &nz, &ny, &nx));
   first_ = {static_cast<int>(x), static_cast<int>(y), static_cast<int>(z)};
   count_ = {static_cast<int>(nx), static_cast<int>(ny), static_cast<int>(nz)};
 }
@@ -73,8 +73,8 @@ Grid::Location Grid::locate(const Int3& node) const {
     local[axis] = index - starts_[axis][process[axis]];
     width[axis] = starts_[axis][process[axis] + 1] - starts_[axis][process[axis]];
   }
-  return {process[0] + n_ranks_[0] * (process[1] + n_ranks_[1] * process[2]),
-          local[0] + width[0] * (local[1] + width[1] * local[2])};
+  return {(process[0] * n_ranks_[1] + process[1]) * n_ranks_[2] + process[2],
+          (local[0] * width[1] + local[1]) * width[2] + local[2], width[2] - local[2]};
 }
 
 }  // namespace bulkley

@@ -131,6 +131,20 @@ Array frame_array(const std::string& name, FloatPrecision precision, const Parti
       fmt::format("output.fields: there is no field '{}'; the fields are {}", name, fmt::join(frame_field_names(), ", ")));
 }
 
+namespace {
+
+/// Visits the owned nodes of z-planes [first, first + n) in the order of the file, which is that of XDMF: x fastest.
+template <class Visit>
+void for_each_node(const GridNodes& nodes, GlobalIndex first, GlobalIndex n, const Visit& visit) {
+  const Int3& count = nodes.count;
+  for (GlobalIndex k = first; k < first + n; ++k)
+    for (GlobalIndex j = 0; j < count[1]; ++j)
+      for (GlobalIndex i = 0; i < count[0]; ++i)
+        visit(nodes.nodes[static_cast<std::size_t>((i * count[1] + j) * count[2] + k)]);
+}
+
+}  // namespace
+
 std::vector<Array> grid_arrays(const GridNodes& nodes, FloatPrecision precision) {
   const GridGeometry& grid = nodes.geometry;
   Array mass;
@@ -143,13 +157,12 @@ std::vector<Array> grid_arrays(const GridNodes& nodes, FloatPrecision precision)
     mass.start.push_back(nodes.first[axis]);
     mass.count.push_back(nodes.count[axis]);
   }
-  const GlobalIndex plane = GlobalIndex{nodes.count[0]} * nodes.count[1];
   const double inverse_volume = std::pow(grid.inverse_cell_size(), 3);
-  mass.fill = [nodes, plane, precision, inverse_volume](GlobalIndex first, GlobalIndex n, std::byte* out) {
-    for (GlobalIndex i = first * plane; i < (first + n) * plane; ++i) {
-      const double value = nodes.nodes[static_cast<std::size_t>(i)].c[3] * inverse_volume;
+  mass.fill = [nodes, precision, inverse_volume](GlobalIndex first, GlobalIndex n, std::byte* out) {
+    for_each_node(nodes, first, n, [&](const Node& node) {
+      const double value = node.c[3] * inverse_volume;
       store_reals(&value, 1, precision, out);
-    }
+    });
   };
 
   Array velocity = mass;
@@ -159,12 +172,11 @@ std::vector<Array> grid_arrays(const GridNodes& nodes, FloatPrecision precision)
   velocity.shape.push_back(3);
   velocity.start.push_back(0);
   velocity.count.push_back(3);
-  velocity.fill = [nodes, plane, precision](GlobalIndex first, GlobalIndex n, std::byte* out) {
-    constexpr double nothing[3] = {0.0, 0.0, 0.0};
-    for (GlobalIndex i = first * plane; i < (first + n) * plane; ++i) {
-      const Node& node = nodes.nodes[static_cast<std::size_t>(i)];
+  velocity.fill = [nodes, precision](GlobalIndex first, GlobalIndex n, std::byte* out) {
+    for_each_node(nodes, first, n, [&](const Node& node) {
+      constexpr double nothing[3] = {0.0, 0.0, 0.0};
       store_reals(node.c[3] > 0.0 ? node.c : nothing, 3, precision, out);
-    }
+    });
   };
   return {mass, velocity};
 }

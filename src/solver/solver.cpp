@@ -45,10 +45,6 @@ class NodeAccess {
   PetscScalar* values_ = nullptr;
 };
 
-void zero(std::span<const LocalIndex> active, Node* nodes) {
-  for (const LocalIndex n : active) nodes[n] = Node{};
-}
-
 }  // namespace
 
 Solver::Solver(const Comm& comm, Physics physics, Partition partition, ParticleSet particles,
@@ -103,19 +99,14 @@ void Solver::transfer_to_grid(double dt) {
         split ? impulse_.data() : nullptr);
   }
   const NodeAccess owned(owned_), impulse(owned_impulse_);
-  const auto active = exchange_->active_nodes();
   {
     const Phase phase(times_, "exchange");
-    zero(active, owned.get());
     exchange_->add(pool_.data(), owned.get());
-    if (split) {
-      zero(active, impulse.get());
-      exchange_->add(impulse_.data(), impulse.get());
-    }
+    if (split) exchange_->add(impulse_.data(), impulse.get());
   }
   {
     const Phase phase(times_, "grid_update");
-    grid_update({physics_.gravity, dt, empty_mass * sums.mass}, active, owned.get(), impulse.get());
+    grid_update({physics_.gravity, dt, empty_mass * sums.mass}, exchange_->active_nodes(), owned.get(), impulse.get());
     apply_constraints(constraints_, owned.get(), impulse.get());
   }
   {

@@ -128,7 +128,7 @@ TEST_F(Frame, RefusesUnknownFields) {
 }
 
 // Every node says where it is: mass density = index along the whole grid, velocity = its indices.
-TEST_F(Frame, GridIsInZyxOrder) {
+TEST_F(Frame, GridFileIsInZyxOrder) {
   GridGeometry geometry;
   geometry.lower = Vec3(1.0, 2.0, 3.0);
   geometry.cell_size = 0.5;
@@ -139,9 +139,9 @@ TEST_F(Frame, GridIsInZyxOrder) {
   const int first = std::min(comm.rank() * share, n_y), last = std::min(first + share, n_y);
   GridNodes nodes{geometry, {0, first, 0}, {geometry.n_nodes(0), last - first, geometry.n_nodes(2)}, {}};
   std::vector<Node> values;
-  for (int k = 0; k < nodes.count[2]; ++k)
+  for (int i = 0; i < nodes.count[0]; ++i)
     for (int j = first; j < last; ++j)
-      for (int i = 0; i < nodes.count[0]; ++i)
+      for (int k = 0; k < nodes.count[2]; ++k)
         values.push_back({{1.0 * i, 1.0 * j, 1.0 * k, i == 0 ? 0.0 : 0.125 * (i + 100 * j + 10000 * k)}});
   nodes.nodes = values;
   settings.precision = FloatPrecision::float64;

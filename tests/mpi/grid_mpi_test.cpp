@@ -35,7 +35,8 @@ class GridTest : public testing::Test {
 
 TEST_F(GridTest, EveryNodeHasOneOwner) {
   for (const GridGeometry& geometry : geometries()) {
-    const Grid grid(comm, geometry, uneven_partition(geometry, comm.size()));
+    const Partition partition = uneven_partition(geometry, comm.size());
+    const Grid grid(comm, geometry, partition);
     const Int3 n{geometry.n_nodes(0), geometry.n_nodes(1), geometry.n_nodes(2)};
     std::vector<int> n_owners(static_cast<std::size_t>(n[0]) * n[1] * n[2], 0), claimed(n_owners);
     for (LocalIndex k = 0; k < grid.n_owned(); ++k) {
@@ -43,6 +44,7 @@ TEST_F(GridTest, EveryNodeHasOneOwner) {
       const Grid::Location here = grid.locate(node);
       EXPECT_EQ(here.rank, comm.rank());
       EXPECT_EQ(here.index, k);
+      EXPECT_EQ(partition.worker[geometry.tile_of_node(node)], comm.rank());
       ++n_owners[(static_cast<std::size_t>(node[0]) * n[1] + node[1]) * n[2] + node[2]];
     }
     BULKLEY_MPI(
@@ -66,6 +68,25 @@ TEST_F(GridTest, LocateAgreesOnAllRanksAndWraps) {
           const Grid::Location wrapped = grid.locate(shifted);
           EXPECT_EQ(wrapped.rank, at.rank);
           EXPECT_EQ(wrapped.index, at.index);
+        }
+  }
+}
+
+TEST_F(GridTest, ARunIsAllThatItsOwnerHoldsAlongZ) {
+  for (const GridGeometry& geometry : geometries()) {
+    const Grid grid(comm, geometry, uneven_partition(geometry, comm.size()));
+    for (int i = 0; i < geometry.n_nodes(0); ++i)
+      for (int j = 0; j < geometry.n_nodes(1); ++j)
+        for (int k = 0; k < geometry.n_nodes(2); ++k) {
+          const Grid::Location at = grid.locate({i, j, k});
+          for (LocalIndex n = 1; n < at.n_run; ++n) {
+            const Grid::Location next = grid.locate({i, j, k + n});
+            EXPECT_EQ(next.rank, at.rank);
+            EXPECT_EQ(next.index, at.index + n);
+          }
+          if (k + at.n_run < geometry.n_nodes(2)) {
+            EXPECT_NE(grid.locate({i, j, k + at.n_run}).rank, at.rank);
+          }
         }
   }
 }
@@ -94,7 +115,7 @@ TEST_F(GridTest, VectorsHoldOneNodeAfterTheOther) {
     BULKLEY_PETSC(DMDAVecGetArrayDOF(grid.dm(), vector.get(), &by_indices));
     for (LocalIndex n = 0; n < grid.n_owned(); ++n) {
       const Int3 node = grid.node(n);
-      for (int c = 0; c < 4; ++c) by_indices[node[2]][node[1]][node[0]][c] = 4.0 * n + c;
+      for (int c = 0; c < 4; ++c) by_indices[node[0]][node[1]][node[2]][c] = 4.0 * n + c;
     }
     BULKLEY_PETSC(DMDAVecRestoreArrayDOF(grid.dm(), vector.get(), &by_indices));
     const PetscScalar* flat = nullptr;

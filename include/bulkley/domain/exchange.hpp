@@ -1,5 +1,5 @@
 #pragma once
-// Between a rank's pool of nodes and the owners of the nodes: a PetscSF to other ranks, a plain loop within the rank.
+// Between a rank's pool of nodes and the owners of the nodes: a PetscSF to other ranks, copies of rows within the rank.
 
 #include <petscsf.h>
 
@@ -26,29 +26,38 @@ class Exchange {
   /// Owned nodes that some rank's pool reaches, ascending; the only ones a step needs to touch.
   std::span<const LocalIndex> active_nodes() const { return active_; }
 
-  /// owned[n] += sum over ranks of their pool copies of node n. The caller zeroes `owned` (active nodes) before. Collective.
+  /// owned[n] = sum over ranks of their pool copies of node n, for every active node n; never -0. Collective.
   void add(const Node* pool, Node* owned);
   /// pool = owned, for every pool node of the grid; pool nodes beyond it become zero. Collective.
   void get(const Node* owned, Node* pool);
 
-  /// Bytes that this rank sends to others in one add (and receives in one get), and to how many ranks.
-  std::size_t bytes_remote() const { return bytes_remote_; }
-  int n_neighbours() const { return n_neighbours_; }
+  /// What one rank sends to others in one call.
+  struct Traffic {
+    std::size_t bytes = 0;
+    int n_messages = 0;
+  };
+  Traffic sent_by_add() const { return sent_by_add_; }
+  Traffic sent_by_get() const { return sent_by_get_; }
 
  private:
-  /// Pool nodes pool .. pool + count - 1 are the owned nodes `owned`, owned + owned_plane_, …: a run in z.
-  struct LocalPiece {
+  /// Pool nodes pool .. pool + count - 1 are the owned nodes owned .. owned + count - 1.
+  struct Piece {
     LocalIndex pool, owned, count;
   };
+  /// Pool nodes pool .. pool + count - 1.
+  struct PoolPiece {
+    LocalIndex pool, count;
+  };
+  std::vector<LocalIndex> reach_locally(std::vector<Piece> pieces);
 
   MPI_Datatype node_type_ = MPI_DATATYPE_NULL;
-  SfHandle sf_;                    ///< leaves: pool nodes that other ranks own; roots: the nodes of their owners
-  std::vector<LocalPiece> local_;  ///< pool nodes that this rank owns
-  LocalIndex owned_plane_ = 0;     ///< owned nodes per z
+  SfHandle sf_;                          ///< leaves: pool nodes that other ranks own; roots: the nodes of their owners
+  std::vector<Piece> first_;             ///< pool nodes that this rank owns, each owned node once
+  std::vector<Piece> again_;             ///< those that reach an owned node once more, across a periodic boundary
+  std::vector<LocalIndex> only_others_;  ///< owned nodes that only other ranks' pools reach
+  std::vector<PoolPiece> beyond_;        ///< pool nodes that are not nodes of the grid
   std::vector<LocalIndex> active_;
-  std::vector<LocalIndex> beyond_;  ///< pool nodes that are not nodes of the grid
-  std::size_t bytes_remote_ = 0;
-  int n_neighbours_ = 0;
+  Traffic sent_by_add_, sent_by_get_;
 };
 
 }  // namespace bulkley

@@ -14,6 +14,8 @@ using VecHandle = PetscHandle<Vec, VecDestroy>;
 
 /// A DMDA with four unknowns per node ({momentum or velocity, mass}) under the partition's ownership ranges. Its boundaries
 /// are open and its stencil has no width: Exchange, not the DMDA, brings nodes to where they are needed, and wraps them.
+/// Nodes are numbered z fastest, as the rows of a pool run. A DMDA numbers its first axis fastest, so inside this class its
+/// axes are the grid's reversed, (z, y, x); DMDAVecGetArrayDOF thus gives an array indexed [i][j][k][component].
 class Grid {
  public:
   /// Preconditions: the same arguments on every rank; `partition` is one of this grid for comm.size() ranks.
@@ -22,7 +24,7 @@ class Grid {
 
   const GridGeometry& geometry() const { return geometry_; }
   DM dm() const { return dm_.get(); }
-  /// A zero global Vec of this grid; one Node per owned node, x fastest. Collective.
+  /// A zero global Vec of this grid; one Node per owned node, z fastest. Collective.
   VecHandle create_vector() const;
   /// Owned index range: first node and number of nodes along each axis.
   const Int3& first() const { return first_; }
@@ -30,11 +32,12 @@ class Grid {
   LocalIndex n_owned() const { return count_[0] * count_[1] * count_[2]; }
   /// Grid indices of the n-th owned node.
   Int3 node(LocalIndex n) const {
-    return {first_[0] + n % count_[0], first_[1] + n / count_[0] % count_[1], first_[2] + n / (count_[0] * count_[1])};
+    return {first_[0] + n / (count_[1] * count_[2]), first_[1] + n / count_[2] % count_[1], first_[2] + n % count_[2]};
   }
   struct Location {
     int rank;
     LocalIndex index;  ///< into the owner's nodes
+    LocalIndex n_run;  ///< nodes from this one on along z that the same owner holds one after the other
   };
   /// Whether (i, j, k) is a node: wrapped along periodic axes, within n_nodes along the others.
   bool contains(const Int3& node) const;

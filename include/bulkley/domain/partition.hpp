@@ -15,8 +15,8 @@ struct Partition {
   std::array<std::vector<int>, 3> nodes;  ///< nodes per process along each axis; multiples of tile_width but the last
   std::vector<std::int32_t> worker;       ///< rank that works on each tile, by TileIndex
 
-  /// Ranks are numbered as PETSc numbers them: x fastest.
-  int rank_of(const Int3& process) const { return process[0] + n_ranks[0] * (process[1] + n_ranks[1] * process[2]); }
+  /// Ranks are numbered as the DMDA of Grid numbers them: z fastest, like its nodes.
+  int rank_of(const Int3& process) const { return (process[0] * n_ranks[1] + process[1]) * n_ranks[2] + process[2]; }
 };
 
 /// Chooses process grid, ownership ranges and workers for `load` = particles per tile (size n_tiles).

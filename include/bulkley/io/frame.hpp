@@ -28,8 +28,8 @@ inline constexpr GlobalIndex frame_version = 1;
 /// Symmetric tensors are written with all nine components. `position` is always written.
 std::vector<std::string> frame_field_names();
 
-/// The owned nodes of the grid after the grid update, in PETSc's order (x fastest). Nodes of no mass count as empty,
-/// whatever velocity they hold.
+/// The owned nodes of the grid after the grid update, in Grid's order (z fastest). Nodes of no mass count as empty, whatever
+/// velocity they hold.
 struct GridNodes {
   GridGeometry geometry;
   Int3 first{0, 0, 0};          ///< first owned node along each axis

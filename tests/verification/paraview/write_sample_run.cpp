@@ -50,9 +50,9 @@ GridNodes make_grid(const Comm& comm, std::vector<Node>& nodes) {
   geometry.n_cells = {10, 8, 6};
   GridNodes grid{geometry, {0, 0, 0}, {0, geometry.n_nodes(1), geometry.n_nodes(2)}, {}};
   grid.count[0] = comm.is_root() ? geometry.n_nodes(0) : 0;
-  for (int k = 0; k < grid.count[2]; ++k)
+  for (int i = 0; i < grid.count[0]; ++i)
     for (int j = 0; j < grid.count[1]; ++j)
-      for (int i = 0; i < grid.count[0]; ++i)
+      for (int k = 0; k < grid.count[2]; ++k)
         nodes.push_back(
             {{geometry.node_coordinate(0, i), geometry.node_coordinate(1, j), geometry.node_coordinate(2, k), 1.0}});
   grid.nodes = nodes;
