@@ -16,12 +16,6 @@ namespace {
 
 constexpr double undefined = std::numeric_limits<double>::quiet_NaN();
 
-State<double> rest_state() { return {{{1.0, 1.0, 1.0, 0.0, 0.0, 0.0}}, 1.0}; }
-
-double wave_speed_at_rest(const Material& material) {
-  return std::visit([](const auto& law) { return std::sqrt(law.wave_speed_squared(rest_state())); }, material);
-}
-
 // Stress at shear rate U / L and what is yield stress of it; only fluids have either.
 struct FlowStress {
   double total = undefined, yield = undefined;
@@ -86,6 +80,11 @@ double memory_estimate(const Scene& scene, const Partition& partition, std::span
 }
 
 }  // namespace
+
+double wave_speed_at_rest(const Material& material) {
+  const State<double> rest{isochoric_identity<double>(), 1.0};
+  return std::visit([&](const auto& law) { return std::sqrt(law.wave_speed_squared(rest)); }, material);
+}
 
 Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks) {
   Forecast f;

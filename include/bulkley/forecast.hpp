@@ -42,6 +42,9 @@ struct Forecast {
 /// Runs more steps than this are warned of.
 inline constexpr double many_steps = 1e6;
 
+/// Wave speed of the undeformed material (T25), m/s. Not collective.
+double wave_speed_at_rest(const Material& material);
+
 /// Collective; nothing is run.
 Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks);
 

@@ -1,0 +1,173 @@
+#include "bench_run.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <exception>
+#include <limits>
+#include <thread>
+
+#include "bulkley/forecast.hpp"
+#include "bulkley/io/status.hpp"
+#include "bulkley/simulation_setup.hpp"
+#include "support/naive_kernel.hpp"
+
+namespace bulkley {
+
+namespace {
+
+constexpr double undefined = std::numeric_limits<double>::quiet_NaN();
+constexpr int naive_steps = 3;  // of a block of the naive kernel
+
+// A barrier whose waiting ranks leave their cores to others, which one of MPI does not.
+void sleeping_barrier(const Comm& comm) {
+  MPI_Request request;
+  BULKLEY_MPI(MPI_Ibarrier(comm.get(), &request));
+  for (int arrived = 0;;) {
+    BULKLEY_MPI(MPI_Test(&request, &arrived, MPI_STATUS_IGNORE));
+    if (arrived) return;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+}
+
+}  // namespace
+
+BenchRun::BenchRun(const Comm& comm, const BenchCase& what) : comm_(comm) {
+  const Scene scene = bench_scene(what);
+  Partition partition = make_partition(scene.grid, scene.partition, seeded_load(comm, scene), comm.size());
+  ParticleSet particles = seed_share(comm, scene, partition);
+  start_shear(scene, particles);
+  solver_ = std::make_unique<Solver>(comm, physics_of(scene), std::move(partition), std::move(particles), std::nullopt);
+  state_.stable_step = time_step_limit(scene.time, scene.grid.cell_size, solver_->bounds()).dt;
+  state_.wait = scene.time.trial_interval;
+  state_.first_limit = state_.stable_step;
+  advance(block_steps);
+  solver_->times().entries.clear();
+  n_steps_ = 0;
+}
+
+double BenchRun::advance(int n_steps) {
+  BULKLEY_MPI(MPI_Barrier(comm_.get()));
+  const double begin = MPI_Wtime();
+  for (int k = 0; k < n_steps; ++k) solver_->step(solver_->physics().time.end_time, 0, state_);
+  n_steps_ += n_steps;
+  return max_global(comm_, MPI_Wtime() - begin) / n_steps;
+}
+
+std::vector<std::pair<std::string, double>> BenchRun::phases() const {
+  std::vector<std::pair<std::string, double>> result;
+  for (const PhaseSummary& phase : summarize(comm_, solver_->times()))
+    result.emplace_back(phase.name, phase.mean / static_cast<double>(n_steps_) * scale());
+  return result;
+}
+
+double BenchRun::sorts_per_step() const {
+  for (const PhaseTimes::Entry& entry : solver_->times().entries)
+    if (entry.name == "sort") return static_cast<double>(entry.n_calls) / static_cast<double>(n_steps_);
+  return 0.0;
+}
+
+double BenchRun::yielded_fraction() const {
+  const ParticleSet& particles = solver_->particles();
+  const double* rate = particles.real(Field::plastic_shear_rate);
+  const GlobalIndex n = std::count_if(rate, rate + particles.size(), [](double r) { return r > 0.0; });
+  return static_cast<double>(sum_global(comm_, n)) / static_cast<double>(n_particles());
+}
+
+double BenchRun::mach_number() const {
+  const Material& material = solver_->physics().materials.front().material;
+  return solver_->bounds().speed.value / wave_speed_at_rest(material);
+}
+
+std::vector<std::vector<double>> time_in_turn(int n_rounds, const std::vector<Block>& blocks) {
+  std::vector<std::vector<double>> seconds(blocks.size());
+  for (int round = 0; round < n_rounds; ++round)
+    for (std::size_t b = 0; b < blocks.size(); ++b) seconds[b].push_back(blocks[b]());
+  return seconds;
+}
+
+double median(std::vector<double> values) {
+  if (values.empty()) return undefined;
+  std::sort(values.begin(), values.end());
+  const std::size_t half = values.size() / 2;
+  return values.size() % 2 == 1 ? values[half] : 0.5 * (values[half - 1] + values[half]);
+}
+
+double median_ratio(const std::vector<double>& numerator, const std::vector<double>& denominator) {
+  std::vector<double> ratios;
+  for (std::size_t r = 0; r < std::min(numerator.size(), denominator.size()); ++r)
+    ratios.push_back(numerator[r] / denominator[r]);
+  return median(std::move(ratios));
+}
+
+double on_root_alone(const Comm& comm, const Block& work) {
+  double result = 0.0;
+  std::exception_ptr failure;
+  if (comm.is_root()) try {
+      result = work();
+    } catch (...) {
+      failure = std::current_exception();
+    }
+  sleeping_barrier(comm);
+  root_guard(comm, [&] {
+    if (failure) std::rethrow_exception(failure);
+  });
+  return result;
+}
+
+BenchResult run_bench(const Comm& comm, const BenchCase& what, const BenchEffort& effort) {
+  const double empty_program = static_cast<double>(peak_resident_bytes());
+  BenchRun run(comm, what);
+  const double occupied = static_cast<double>(peak_resident_bytes()) - empty_program;
+  const auto n = static_cast<double>(run.n_particles());
+
+  const bool with_one_rank = effort.one_rank && comm.size() > 1;
+  std::unique_ptr<Comm> alone;  // the root's communicator with itself
+  std::unique_ptr<BenchRun> one_rank;
+  std::unique_ptr<NaiveKernel> naive;
+  on_root_alone(comm, [&] {
+    if (with_one_rank) {
+      alone = std::make_unique<Comm>(MPI_COMM_SELF);
+      one_rank = std::make_unique<BenchRun>(*alone, what);
+    }
+    if (effort.naive) naive = std::make_unique<NaiveKernel>(cells_along_box(what), ball_radius);
+    return 0.0;
+  });
+
+  std::vector<Block> blocks{[&] { return run.advance(block_steps); }};
+  if (effort.naive)
+    blocks.push_back([&] {
+      return on_root_alone(comm, [&] {
+        double seconds = 0.0;
+        for (int k = 0; k < naive_steps; ++k) seconds += naive->step();
+        return seconds / naive_steps / static_cast<double>(naive->size()) * n;  // for as many particles as the real step
+      });
+    });
+  if (with_one_rank) blocks.push_back([&] { return on_root_alone(comm, [&] { return one_rank->advance(block_steps); }); });
+  const auto seconds = time_in_turn((effort.n_steps + block_steps - 1) / block_steps, blocks);
+
+  BenchResult result;
+  result.n_particles = run.n_particles();
+  result.n_ranks = comm.size();
+  result.ns = median(seconds[0]) * run.scale();
+  result.naive_ns = effort.naive ? median(seconds[1]) / n * 1e9 : undefined;
+  result.ratio_to_naive = effort.naive ? median_ratio(seconds[0], seconds[1]) * comm.size() : undefined;
+  result.one_rank_ns = with_one_rank ? median(seconds.back()) / n * 1e9 : undefined;
+  result.throughput_ratio = with_one_rank ? median_ratio(seconds.back(), seconds[0]) : undefined;
+  result.phases = run.phases();
+  result.sorts_per_step = run.sorts_per_step();
+  const Exchange& exchange = run.solver().exchange();
+  result.nodes_per_particle =
+      static_cast<double>(sum_global(comm, static_cast<GlobalIndex>(exchange.active_nodes().size()))) / n;
+  result.yielded_fraction = run.yielded_fraction();
+  result.mach_number = run.mach_number();
+  result.bytes_per_particle = max_global(comm, occupied) * comm.size() / n;
+  result.forecast_bytes_per_particle = forecast(comm, bench_scene(what), comm.size()).bytes_per_rank * comm.size() / n;
+  // Once to the owners and once back, for each vector of nodes.
+  const int passes = what.transfer.flip_fraction() > 0.0 ? 4 : 2;
+  result.exchange_bytes_per_step = passes * max_global(comm, static_cast<double>(exchange.bytes_remote()));
+  result.exchange_messages_per_step = passes * max_global(comm, GlobalIndex{exchange.n_neighbours()});
+  return result;
+}
+
+}  // namespace bulkley

@@ -1,0 +1,390 @@
+#include "bench_suite.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "bench_child.hpp"
+#include "bench_count.hpp"
+#include "bench_machine.hpp"
+#include "bench_report.hpp"
+#include "bulkley/base/log.hpp"
+#include "bulkley/base/pack.hpp"
+#include "bulkley/forecast.hpp"
+#include "version.hpp"
+
+namespace bulkley {
+
+namespace {
+
+constexpr double undefined = std::numeric_limits<double>::quiet_NaN();
+
+// --- the bounds: here and nowhere else ------------------------------------------------------------------------------------
+
+enum class Sense { at_most, at_least };
+struct Bound {
+  double limit = undefined;  // NaN: the figure is information
+  Sense sense = Sense::at_most;
+};
+
+struct Case {
+  const char* name;
+  const char* material;
+  TransferSettings transfer;
+  Bound ratio_to_naive = {};
+};
+
+TransferSettings transfer(TransferScheme scheme, SplineOrder order, GradientForm gradient) {
+  TransferSettings settings;
+  settings.scheme = scheme;
+  settings.order = order;
+  settings.gradient = gradient;
+  return settings;
+}
+
+const std::vector<Case>& cases() {
+  using enum TransferScheme;
+  using enum SplineOrder;
+  using enum GradientForm;
+  static const std::vector<Case> table = {
+      {"neo-Hookean, APIC, mls", "neo_hookean", transfer(apic, quadratic, mls), {0.55}},
+      {"Herschel-Bulkley (cream), APIC, mls", "cream", transfer(apic, quadratic, mls), {0.70}},
+      {"Herschel-Bulkley (oobleck), APIC, mls", "oobleck", transfer(apic, quadratic, mls), {0.70}},
+      {"Herschel-Bulkley (pie), APIC, mls", "pie", transfer(apic, quadratic, mls)},
+      {"neo-Hookean, APIC, bspline", "neo_hookean", transfer(apic, quadratic, bspline), {0.80}},
+      {"neo-Hookean, PIC/FLIP blend, mls", "neo_hookean", transfer(blend, quadratic, mls), {0.55}},
+      {"neo-Hookean, cubic, APIC, mls", "neo_hookean", transfer(apic, cubic, mls), {1.4}},
+  };
+  return table;
+}
+
+constexpr Bound spread_over_sizes{1.15};    // largest over smallest cost of a particle
+constexpr Bound empty_domain{1.10};         // over the cost in the ball's box
+constexpr Bound bytes_per_particle{350.0};  // of a million particles
+constexpr Bound forecast_error{1.20};       // measured over foretold memory, or the other way round
+constexpr Bound two_ranks{1.85, Sense::at_least};
+constexpr Bound eight_ranks{0.5, Sense::at_least};  // more ranks than cores: what counts as a collapse
+
+// --- one figure -------------------------------------------------------------------------------------------------------------
+
+struct Row {
+  std::string part, name;
+  double value = undefined;
+  std::string unit = {};
+  Bound bound = {};
+  std::string note = {};
+  JsonObject details = {};
+  std::string fault = {};  // why there is no value: "skipped: …" or "failed: …"
+
+  // How far beyond its bound the figure is: above 1 is too far.
+  double excess() const { return bound.sense == Sense::at_most ? value / bound.limit : bound.limit / value; }
+  std::string verdict() const {
+    if (!fault.empty()) return fault.substr(0, fault.find(':'));
+    if (std::isnan(bound.limit)) return "-";
+    return excess() <= 1.0 ? "pass" : "over";
+  }
+};
+
+Row skipped(std::string part, std::string name, const std::string& why) {
+  return {.part = std::move(part), .name = std::move(name), .fault = "skipped: " + why};
+}
+
+Row failed(std::string part, std::string name, const std::string& why) {
+  return {.part = std::move(part), .name = std::move(name), .fault = "failed: " + why};
+}
+
+std::string bound_text(const Bound& bound) {
+  if (std::isnan(bound.limit)) return "";
+  return fmt::format("{} {:g}", bound.sense == Sense::at_most ? "<=" : ">=", bound.limit);
+}
+
+JsonObject describe(const Row& row) {
+  JsonObject object;
+  object.add("part", row.part)
+      .add("name", row.name)
+      .add("value", row.value)
+      .add("unit", row.unit)
+      .add("bound", row.bound.limit)
+      .add("sense", std::string(row.bound.sense == Sense::at_most ? "at_most" : "at_least"))
+      .add("excess", row.excess())
+      .add("verdict", row.verdict())
+      .add("note", row.fault.empty() ? row.note : row.fault)
+      .add("details", row.details);
+  return object;
+}
+
+std::string particles_text(GlobalIndex n) {
+  return n >= 1'000'000 ? fmt::format("{:g} M", static_cast<double>(n) / 1e6)
+                        : fmt::format("{:g} k", static_cast<double>(n) / 1e3);
+}
+
+// --- the suite --------------------------------------------------------------------------------------------------------------
+
+class Suite {
+ public:
+  Suite(const Comm& comm, bool small) : comm_(comm), small_(small), machine_(measure_machine()) {
+    log_line(comm_, fmt::format("{:<8}{:<44}{:>9} {:<16}{:<9}{:<9}{}", "part", "figure", "value", "unit", "bound", "verdict",
+                                "note"));
+  }
+
+  void floor();
+  void all_cases();
+  void sizes();
+  void domain();
+  void memory();
+  void ranks();
+  JsonObject json() const;
+
+ private:
+  void add(Row row);
+  void sizes_of(const std::string& material);
+  std::string floor_of(const BenchCase& what, const BenchResult& result, JsonObject& details) const;
+  Row child_row(const std::string& part, const std::string& name, int n_ranks, const std::string& material, GlobalIndex n,
+                int n_steps, const std::function<void(const std::string& json, Row& row)>& read) const;
+  GlobalIndex usual_size() const { return small_ ? 100'000 : 1'000'000; }
+  int n_rounds() const { return 5; }
+  bool fits(const BenchCase& what) const {
+    return 1.1 * forecast(comm_, bench_scene(what), 1).bytes_per_rank < available_memory();
+  }
+
+  const Comm& comm_;
+  bool small_;
+  MachineLimits machine_;
+  std::vector<Row> rows_;
+};
+
+void Suite::add(Row row) {
+  const std::string value = std::isnan(row.value) ? "-" : fmt::format("{:.4g}", row.value);
+  log_line(comm_, fmt::format("{:<8}{:<44}{:>9} {:<16}{:<9}{:<9}{}", row.part, row.name, value, row.unit,
+                              bound_text(row.bound), row.verdict(), row.fault.empty() ? row.note : row.fault));
+  rows_.push_back(std::move(row));
+}
+
+void Suite::floor() {
+  add({.part = "floor", .name = "triad, 24 bytes an element", .value = machine_.triad_bandwidth / 1e9, .unit = "GB/s"});
+  add({.part = "floor",
+       .name = "triad, with the lines read before written",
+       .value = machine_.traffic_bandwidth / 1e9,
+       .unit = "GB/s"});
+  add({.part = "floor",
+       .name = fmt::format("fused products and sums, {} lanes", n_lanes),
+       .value = machine_.flops / 1e9,
+       .unit = "Gflop/s"});
+}
+
+// The floor of a case and the step's distance from it, as a clause; the count goes to `details`.
+std::string Suite::floor_of(const BenchCase& what, const BenchResult& result, JsonObject& details) const {
+  const bool flows = std::holds_alternative<HerschelBulkley>(bench_scene(what).materials.front().material);
+  double bytes = 0.0, flops = 0.0;
+  std::vector<JsonObject> terms;
+  for (const WorkTerm& term : count_work({what.transfer, flows, result.sorts_per_step, result.nodes_per_particle})) {
+    bytes += term.bytes;
+    flops += term.flops;
+    terms.push_back(JsonObject().add("what", std::string(term.what)).add("bytes", term.bytes).add("flops", term.flops));
+  }
+  const double memory_ns = 1e9 * bytes / machine_.traffic_bandwidth, flops_ns = 1e9 * flops / machine_.flops;
+  const double bound = std::max(memory_ns, flops_ns), sum = memory_ns + flops_ns;
+  details.add("bytes_per_particle_step", bytes)
+      .add("flops_per_particle_step", flops)
+      .add("memory_ns", memory_ns)
+      .add("flops_ns", flops_ns)
+      .add("floor_ns", bound)
+      .add("step_over_floor", result.ns / bound)
+      .add("step_over_sum", result.ns / sum)
+      .add("count", terms);
+  return fmt::format("{:.0f} B in {:.1f} ns, {:.0f} flops in {:.1f} ns: step is {:.2f} x the larger, {:.2f} x their sum",
+                     bytes, memory_ns, flops, flops_ns, result.ns / bound, result.ns / sum);
+}
+
+void Suite::all_cases() {
+  for (const Case& c : cases()) {
+    const BenchCase what{usual_size(), c.material, c.transfer, {1, 1, 1}};
+    const BenchResult result = run_bench(comm_, what, {n_rounds() * block_steps, true, false});
+    JsonObject details = describe(what, result);
+    const std::string floor = floor_of(what, result, details);
+    std::string phases;
+    for (const auto& [name, ns] : result.phases)
+      if (ns >= 0.05) phases += fmt::format("{}{} {:.1f}", phases.empty() ? "" : ", ", name, ns);
+    add({.part = "cases",
+         .name = c.name,
+         .value = result.ratio_to_naive,
+         .unit = "of naive",
+         .bound = c.ratio_to_naive,
+         .note = fmt::format("{:.1f} ns, naive {:.1f}: {}; {:.0f} % yield, Ma {:.2f}", result.ns, result.naive_ns, phases,
+                             100.0 * result.yielded_fraction, result.mach_number),
+         .details = std::move(details)});
+    log_line(comm_, fmt::format("{:<8}floor: {}", "", floor));
+  }
+}
+
+void Suite::sizes_of(const std::string& material) {
+  std::vector<std::unique_ptr<BenchRun>> runs;
+  std::vector<Block> blocks;
+  std::string missing;
+  for (const GlobalIndex n :
+       small_ ? std::vector<GlobalIndex>{100'000, 400'000} : std::vector<GlobalIndex>{100'000, 1'000'000, 10'000'000}) {
+    const BenchCase what{n, material, {}, {1, 1, 1}};
+    if (!fits(what)) {
+      missing += fmt::format("; {} particles do not fit into the memory that is free", particles_text(n));
+      continue;
+    }
+    runs.push_back(std::make_unique<BenchRun>(comm_, what));
+    // The small balls reach their walls after some hundred steps, the large ones take long.
+    blocks.push_back([run = runs.back().get()] { return run->advance(block_steps) * run->scale(); });
+  }
+  const std::vector<std::vector<double>> ns = time_in_turn(3, blocks);
+  double least = std::numeric_limits<double>::infinity(), most = 0.0;
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    add({.part = "sizes",
+         .name = fmt::format("{}, {}", material, particles_text(runs[r]->n_particles())),
+         .value = median(ns[r]),
+         .unit = "ns"});
+    const double relative = median_ratio(ns[r], ns[0]);
+    least = std::min(least, relative);
+    most = std::max(most, relative);
+  }
+  const std::string name = material + ", dearest over cheapest size";
+  if (runs.size() < 2)
+    add(skipped("sizes", name, "fewer than two sizes" + missing));
+  else
+    add({.part = "sizes",
+         .name = name,
+         .value = most / least,
+         .unit = "",
+         .bound = spread_over_sizes,
+         .note = "timed in turn" + missing});
+}
+
+void Suite::sizes() {
+  sizes_of("neo_hookean");
+  sizes_of("cream");
+}
+
+void Suite::domain() {
+  const BenchCase box{usual_size(), "cream", {}, {1, 1, 1}};
+  BenchCase large = box;
+  large.domain = {2, 2, 4};
+  const std::string name = "domain of 16 times the ball's box";
+  if (!fits(large)) {
+    add(skipped("domain", name, "it does not fit into the memory that is free"));
+    return;
+  }
+  BenchRun in_box(comm_, box), in_large(comm_, large);
+  const auto seconds =
+      time_in_turn(n_rounds(), {[&] { return in_box.advance(block_steps); }, [&] { return in_large.advance(block_steps); }});
+  add({.part = "domain",
+       .name = name,
+       .value = median_ratio(seconds[1], seconds[0]),
+       .unit = "of box",
+       .bound = empty_domain,
+       .note = fmt::format("{:.4g} against {:.4g} ms a step", 1e3 * median(seconds[1]), 1e3 * median(seconds[0]))});
+}
+
+// A run of its own process on `n_ranks` ranks; `read` fills the row from what it wrote.
+Row Suite::child_row(const std::string& part, const std::string& name, int n_ranks, const std::string& material,
+                     GlobalIndex n, int n_steps, const std::function<void(const std::string& json, Row& row)>& read) const {
+  if (const std::string obstacle = child_obstacle(n_ranks); !obstacle.empty()) return skipped(part, name, obstacle);
+  if (!fits({n, material, {}, {1, 1, 1}})) return skipped(part, name, "it does not fit into the memory that is free");
+  const double time_limit = 60.0 + 1e-5 * static_cast<double>(n) * n_steps;  // s; 10 us for a particle's step
+  const ChildOutcome outcome = run_child_bench(
+      n_ranks, {"--particles", std::to_string(n), "--material", material, "--steps", std::to_string(n_steps), "--no-naive"},
+      time_limit);
+  if (!outcome.fault.empty()) return failed(part, name, outcome.fault);
+  Row row{.part = part, .name = name};
+  read(outcome.json, row);
+  return row;
+}
+
+void Suite::memory() {
+  for (const GlobalIndex n :
+       small_ ? std::vector<GlobalIndex>{100'000} : std::vector<GlobalIndex>{100'000, 1'000'000, 10'000'000}) {
+    double forecast_bytes = undefined;
+    Row measured =
+        child_row("memory", particles_text(n), 1, "cream", n, block_steps, [&](const std::string& json, Row& row) {
+          row.value = json_number(json, "bytes_per_particle");
+          row.unit = "B a particle";
+          if (n == 1'000'000) row.bound = bytes_per_particle;
+          forecast_bytes = json_number(json, "forecast_bytes_per_particle");
+        });
+    const double ratio = measured.value / forecast_bytes;
+    const std::string name = measured.name + ", measured and foretold";
+    const std::string fault = measured.fault;
+    add(std::move(measured));
+    if (fault.empty())
+      add({.part = "memory",
+           .name = name,
+           .value = std::max(ratio, 1.0 / ratio),
+           .unit = "apart",
+           .bound = forecast_error,
+           .note = fmt::format("foretold {:.4g} B a particle", forecast_bytes)});
+  }
+}
+
+void Suite::ranks() {
+  const auto throughput = [&](const Bound& bound) {
+    return [bound](const std::string& json, Row& row) {
+      row.value = json_number(json, "throughput_ratio");
+      row.unit = "of one rank";
+      row.bound = bound;
+      const double bytes = json_number(json, "exchange_bytes_per_step");
+      const double messages = json_number(json, "exchange_messages_per_step");
+      row.note = fmt::format("busiest rank and step: {:.0f} bytes in {:.0f} messages", bytes, messages);
+      row.details.add("exchange_bytes_per_step", bytes)
+          .add("exchange_messages_per_step", messages)
+          .add("ns_per_particle_step", json_number(json, "ns_per_particle_step"))
+          .add("one_rank_ns_per_particle_step", json_number(json, "one_rank_ns_per_particle_step"));
+    };
+  };
+  const int n_steps = n_rounds() * block_steps;
+  if (n_usable_cores() < 2)
+    add(skipped("ranks", "throughput of 2 ranks", "this process may use one core only"));
+  else
+    add(child_row("ranks", "throughput of 2 ranks", 2, "cream", usual_size(), n_steps, throughput(two_ranks)));
+  add(child_row("ranks", fmt::format("throughput of 8 ranks on {} cores", n_usable_cores()), 8, "cream", usual_size(),
+                block_steps, throughput(eight_ranks)));
+}
+
+JsonObject Suite::json() const {
+  std::vector<JsonObject> rows;
+  for (const Row& row : rows_) rows.push_back(describe(row));
+  JsonObject machine;
+  machine.add("triad_bytes_per_second", machine_.triad_bandwidth)
+      .add("traffic_bytes_per_second", machine_.traffic_bandwidth)
+      .add("flops_per_second", machine_.flops)
+      .add("lanes", n_lanes)
+      .add("usable_cores", n_usable_cores());
+  return JsonObject().add("version", version_text()).add("machine", machine).add("rows", rows);
+}
+
+struct Part {
+  const char* name;
+  void (Suite::*run)();
+};
+constexpr Part parts[] = {{"floor", &Suite::floor},   {"cases", &Suite::all_cases}, {"sizes", &Suite::sizes},
+                          {"domain", &Suite::domain}, {"memory", &Suite::memory},   {"ranks", &Suite::ranks}};
+
+}  // namespace
+
+const std::vector<std::string>& suite_parts() {
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> result;
+    for (const Part& part : parts) result.emplace_back(part.name);
+    return result;
+  }();
+  return names;
+}
+
+JsonObject run_suite(const Comm& comm, const SuiteSettings& settings) {
+  if (comm.size() > 1) throw UsageError("--suite: must run in one process; it starts the runs on several ranks itself");
+  const auto wanted = [&](const char* name) {
+    return settings.parts.empty() || std::find(settings.parts.begin(), settings.parts.end(), name) != settings.parts.end();
+  };
+  Suite suite(comm, settings.small);
+  for (const Part& part : parts)
+    if (wanted(part.name)) (suite.*part.run)();
+  return suite.json();
+}
+
+}  // namespace bulkley
