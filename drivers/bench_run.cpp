@@ -116,9 +116,9 @@ double on_root_alone(const Comm& comm, const Block& work) {
 }
 
 BenchResult run_bench(const Comm& comm, const BenchCase& what, const BenchEffort& effort) {
-  const double empty_program = static_cast<double>(peak_resident_bytes());
+  const auto empty_program = static_cast<GlobalIndex>(peak_resident_bytes());
   BenchRun run(comm, what);
-  const double occupied = static_cast<double>(peak_resident_bytes()) - empty_program;
+  const GlobalIndex occupied = static_cast<GlobalIndex>(peak_resident_bytes()) - empty_program;
   const auto n = static_cast<double>(run.n_particles());
 
   const bool with_one_rank = effort.one_rank && comm.size() > 1;
@@ -161,8 +161,8 @@ BenchResult run_bench(const Comm& comm, const BenchCase& what, const BenchEffort
       static_cast<double>(sum_global(comm, static_cast<GlobalIndex>(exchange.active_nodes().size()))) / n;
   result.yielded_fraction = run.yielded_fraction();
   result.mach_number = run.mach_number();
-  result.bytes_per_particle = max_global(comm, occupied) * comm.size() / n;
-  result.forecast_bytes_per_particle = forecast(comm, bench_scene(what), comm.size()).bytes_per_rank * comm.size() / n;
+  result.bytes_per_particle = static_cast<double>(sum_global(comm, occupied)) / n;
+  result.forecast_bytes_per_particle = forecast(comm, bench_scene(what), comm.size()).bytes_per_particle;
   // Once to the owners and once back, for each vector of nodes.
   const int passes = what.transfer.flip_fraction() > 0.0 ? 4 : 2;
   result.exchange_bytes_per_step = passes * max_global(comm, static_cast<double>(exchange.bytes_remote()));

@@ -73,7 +73,7 @@ struct BenchResult {
   double nodes_per_particle = 0.0;  ///< grid nodes that particles reach, over all ranks
   double yielded_fraction = 0.0;
   double mach_number = 0.0;
-  double bytes_per_particle = 0.0;             ///< what the fullest rank came to occupy, times ranks over particles
+  double bytes_per_particle = 0.0;             ///< that all ranks came to occupy beyond the empty program
   double forecast_bytes_per_particle = 0.0;    ///< the same foretold from the scene alone
   double exchange_bytes_per_step = 0.0;        ///< that the busiest rank sends and receives
   GlobalIndex exchange_messages_per_step = 0;  ///< likewise

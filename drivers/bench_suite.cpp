@@ -6,10 +6,12 @@
 #include <cmath>
 #include <limits>
 
+#include "bench_bounds.hpp"
 #include "bench_child.hpp"
 #include "bench_count.hpp"
 #include "bench_machine.hpp"
 #include "bench_report.hpp"
+#include "bench_row.hpp"
 #include "bulkley/base/log.hpp"
 #include "bulkley/base/pack.hpp"
 #include "bulkley/forecast.hpp"
@@ -21,112 +23,14 @@ namespace {
 
 constexpr double undefined = std::numeric_limits<double>::quiet_NaN();
 
-// --- the bounds: here and nowhere else ------------------------------------------------------------------------------------
-
-enum class Sense { at_most, at_least };
-struct Bound {
-  double limit = undefined;  // NaN: the figure is information
-  Sense sense = Sense::at_most;
-};
-
-struct Case {
-  const char* name;
-  const char* material;
-  TransferSettings transfer;
-  Bound ratio_to_naive = {};
-};
-
-TransferSettings transfer(TransferScheme scheme, SplineOrder order, GradientForm gradient) {
-  TransferSettings settings;
-  settings.scheme = scheme;
-  settings.order = order;
-  settings.gradient = gradient;
-  return settings;
+std::string count_text(GlobalIndex n) {
+  return n >= 1'000'000 ? fmt::format("{} M", n / 1'000'000) : fmt::format("{} k", n / 1000);
 }
-
-const std::vector<Case>& cases() {
-  using enum TransferScheme;
-  using enum SplineOrder;
-  using enum GradientForm;
-  static const std::vector<Case> table = {
-      {"neo-Hookean, APIC, mls", "neo_hookean", transfer(apic, quadratic, mls), {0.55}},
-      {"Herschel-Bulkley (cream), APIC, mls", "cream", transfer(apic, quadratic, mls), {0.70}},
-      {"Herschel-Bulkley (oobleck), APIC, mls", "oobleck", transfer(apic, quadratic, mls), {0.70}},
-      {"Herschel-Bulkley (pie), APIC, mls", "pie", transfer(apic, quadratic, mls)},
-      {"neo-Hookean, APIC, bspline", "neo_hookean", transfer(apic, quadratic, bspline), {0.80}},
-      {"neo-Hookean, PIC/FLIP blend, mls", "neo_hookean", transfer(blend, quadratic, mls), {0.55}},
-      {"neo-Hookean, cubic, APIC, mls", "neo_hookean", transfer(apic, cubic, mls), {1.4}},
-  };
-  return table;
-}
-
-constexpr Bound spread_over_sizes{1.15};    // largest over smallest cost of a particle
-constexpr Bound empty_domain{1.10};         // over the cost in the ball's box
-constexpr Bound bytes_per_particle{350.0};  // of a million particles
-constexpr Bound forecast_error{1.20};       // measured over foretold memory, or the other way round
-constexpr Bound two_ranks{1.85, Sense::at_least};
-constexpr Bound eight_ranks{0.5, Sense::at_least};  // more ranks than cores: what counts as a collapse
-
-// --- one figure -------------------------------------------------------------------------------------------------------------
-
-struct Row {
-  std::string part, name;
-  double value = undefined;
-  std::string unit = {};
-  Bound bound = {};
-  std::string note = {};
-  JsonObject details = {};
-  std::string fault = {};  // why there is no value: "skipped: …" or "failed: …"
-
-  // How far beyond its bound the figure is: above 1 is too far.
-  double excess() const { return bound.sense == Sense::at_most ? value / bound.limit : bound.limit / value; }
-  std::string verdict() const {
-    if (!fault.empty()) return fault.substr(0, fault.find(':'));
-    if (std::isnan(bound.limit)) return "-";
-    return excess() <= 1.0 ? "pass" : "over";
-  }
-};
-
-Row skipped(std::string part, std::string name, const std::string& why) {
-  return {.part = std::move(part), .name = std::move(name), .fault = "skipped: " + why};
-}
-
-Row failed(std::string part, std::string name, const std::string& why) {
-  return {.part = std::move(part), .name = std::move(name), .fault = "failed: " + why};
-}
-
-std::string bound_text(const Bound& bound) {
-  if (std::isnan(bound.limit)) return "";
-  return fmt::format("{} {:g}", bound.sense == Sense::at_most ? "<=" : ">=", bound.limit);
-}
-
-JsonObject describe(const Row& row) {
-  JsonObject object;
-  object.add("part", row.part)
-      .add("name", row.name)
-      .add("value", row.value)
-      .add("unit", row.unit)
-      .add("bound", row.bound.limit)
-      .add("sense", std::string(row.bound.sense == Sense::at_most ? "at_most" : "at_least"))
-      .add("excess", row.excess())
-      .add("verdict", row.verdict())
-      .add("note", row.fault.empty() ? row.note : row.fault)
-      .add("details", row.details);
-  return object;
-}
-
-std::string particles_text(GlobalIndex n) {
-  return n >= 1'000'000 ? fmt::format("{:g} M", static_cast<double>(n) / 1e6)
-                        : fmt::format("{:g} k", static_cast<double>(n) / 1e3);
-}
-
-// --- the suite --------------------------------------------------------------------------------------------------------------
 
 class Suite {
  public:
   Suite(const Comm& comm, bool small) : comm_(comm), small_(small), machine_(measure_machine()) {
-    log_line(comm_, fmt::format("{:<8}{:<44}{:>9} {:<16}{:<9}{:<9}{}", "part", "figure", "value", "unit", "bound", "verdict",
-                                "note"));
+    log_line(comm_, row_heading());
   }
 
   void floor();
@@ -144,7 +48,7 @@ class Suite {
   Row child_row(const std::string& part, const std::string& name, int n_ranks, const std::string& material, GlobalIndex n,
                 int n_steps, const std::function<void(const std::string& json, Row& row)>& read) const;
   GlobalIndex usual_size() const { return small_ ? 100'000 : 1'000'000; }
-  int n_rounds() const { return 5; }
+  int n_rounds() const { return small_ ? 3 : 5; }
   bool fits(const BenchCase& what) const {
     return 1.1 * forecast(comm_, bench_scene(what), 1).bytes_per_rank < available_memory();
   }
@@ -156,9 +60,7 @@ class Suite {
 };
 
 void Suite::add(Row row) {
-  const std::string value = std::isnan(row.value) ? "-" : fmt::format("{:.4g}", row.value);
-  log_line(comm_, fmt::format("{:<8}{:<44}{:>9} {:<16}{:<9}{:<9}{}", row.part, row.name, value, row.unit,
-                              bound_text(row.bound), row.verdict(), row.fault.empty() ? row.note : row.fault));
+  log_line(comm_, row_line(row));
   rows_.push_back(std::move(row));
 }
 
@@ -199,7 +101,7 @@ std::string Suite::floor_of(const BenchCase& what, const BenchResult& result, Js
 }
 
 void Suite::all_cases() {
-  for (const Case& c : cases()) {
+  for (const BoundedCase& c : bounded_cases()) {
     const BenchCase what{usual_size(), c.material, c.transfer, {1, 1, 1}};
     const BenchResult result = run_bench(comm_, what, {n_rounds() * block_steps, true, false});
     JsonObject details = describe(what, result);
@@ -221,39 +123,38 @@ void Suite::all_cases() {
 
 void Suite::sizes_of(const std::string& material) {
   std::vector<std::unique_ptr<BenchRun>> runs;
+  std::vector<std::string> names;
   std::vector<Block> blocks;
   std::string missing;
   for (const GlobalIndex n :
        small_ ? std::vector<GlobalIndex>{100'000, 400'000} : std::vector<GlobalIndex>{100'000, 1'000'000, 10'000'000}) {
     const BenchCase what{n, material, {}, {1, 1, 1}};
     if (!fits(what)) {
-      missing += fmt::format("; {} particles do not fit into the memory that is free", particles_text(n));
+      missing += fmt::format("; {} particles do not fit into the memory that is free", count_text(n));
       continue;
     }
     runs.push_back(std::make_unique<BenchRun>(comm_, what));
+    names.push_back(fmt::format("{}, {}", material, count_text(n)));
     // The small balls reach their walls after some hundred steps, the large ones take long.
     blocks.push_back([run = runs.back().get()] { return run->advance(block_steps) * run->scale(); });
   }
   const std::vector<std::vector<double>> ns = time_in_turn(3, blocks);
   double least = std::numeric_limits<double>::infinity(), most = 0.0;
   for (std::size_t r = 0; r < runs.size(); ++r) {
-    add({.part = "sizes",
-         .name = fmt::format("{}, {}", material, particles_text(runs[r]->n_particles())),
-         .value = median(ns[r]),
-         .unit = "ns"});
+    add({.part = "sizes", .name = names[r], .value = median(ns[r]), .unit = "ns"});
     const double relative = median_ratio(ns[r], ns[0]);
     least = std::min(least, relative);
     most = std::max(most, relative);
   }
   const std::string name = material + ", dearest over cheapest size";
   if (runs.size() < 2)
-    add(skipped("sizes", name, "fewer than two sizes" + missing));
+    add(row_without_value("sizes", name, "skipped", "fewer than two sizes" + missing));
   else
     add({.part = "sizes",
          .name = name,
          .value = most / least,
          .unit = "",
-         .bound = spread_over_sizes,
+         .bound = bench_bounds::spread_over_sizes,
          .note = "timed in turn" + missing});
 }
 
@@ -268,7 +169,7 @@ void Suite::domain() {
   large.domain = {2, 2, 4};
   const std::string name = "domain of 16 times the ball's box";
   if (!fits(large)) {
-    add(skipped("domain", name, "it does not fit into the memory that is free"));
+    add(row_without_value("domain", name, "skipped", "it does not fit into the memory that is free"));
     return;
   }
   BenchRun in_box(comm_, box), in_large(comm_, large);
@@ -278,20 +179,22 @@ void Suite::domain() {
        .name = name,
        .value = median_ratio(seconds[1], seconds[0]),
        .unit = "of box",
-       .bound = empty_domain,
+       .bound = bench_bounds::empty_domain,
        .note = fmt::format("{:.4g} against {:.4g} ms a step", 1e3 * median(seconds[1]), 1e3 * median(seconds[0]))});
 }
 
 // A run of its own process on `n_ranks` ranks; `read` fills the row from what it wrote.
 Row Suite::child_row(const std::string& part, const std::string& name, int n_ranks, const std::string& material,
                      GlobalIndex n, int n_steps, const std::function<void(const std::string& json, Row& row)>& read) const {
-  if (const std::string obstacle = child_obstacle(n_ranks); !obstacle.empty()) return skipped(part, name, obstacle);
-  if (!fits({n, material, {}, {1, 1, 1}})) return skipped(part, name, "it does not fit into the memory that is free");
+  if (const std::string obstacle = child_obstacle(n_ranks); !obstacle.empty())
+    return row_without_value(part, name, "skipped", obstacle);
+  if (!fits({n, material, {}, {1, 1, 1}}))
+    return row_without_value(part, name, "skipped", "it does not fit into the memory that is free");
   const double time_limit = 60.0 + 1e-5 * static_cast<double>(n) * n_steps;  // s; 10 us for a particle's step
   const ChildOutcome outcome = run_child_bench(
       n_ranks, {"--particles", std::to_string(n), "--material", material, "--steps", std::to_string(n_steps), "--no-naive"},
       time_limit);
-  if (!outcome.fault.empty()) return failed(part, name, outcome.fault);
+  if (!outcome.fault.empty()) return row_without_value(part, name, "failed", outcome.fault);
   Row row{.part = part, .name = name};
   read(outcome.json, row);
   return row;
@@ -301,23 +204,22 @@ void Suite::memory() {
   for (const GlobalIndex n :
        small_ ? std::vector<GlobalIndex>{100'000} : std::vector<GlobalIndex>{100'000, 1'000'000, 10'000'000}) {
     double forecast_bytes = undefined;
-    Row measured =
-        child_row("memory", particles_text(n), 1, "cream", n, block_steps, [&](const std::string& json, Row& row) {
-          row.value = json_number(json, "bytes_per_particle");
-          row.unit = "B a particle";
-          if (n == 1'000'000) row.bound = bytes_per_particle;
-          forecast_bytes = json_number(json, "forecast_bytes_per_particle");
-        });
+    Row measured = child_row("memory", count_text(n), 1, "cream", n, block_steps, [&](const std::string& json, Row& row) {
+      row.value = json_number(json, "bytes_per_particle");
+      row.unit = "B a particle";
+      if (n == 1'000'000) row.bound = bench_bounds::bytes_per_particle;
+      forecast_bytes = json_number(json, "forecast_bytes_per_particle");
+    });
     const double ratio = measured.value / forecast_bytes;
     const std::string name = measured.name + ", measured and foretold";
-    const std::string fault = measured.fault;
+    const bool has_value = measured.obstacle.empty();
     add(std::move(measured));
-    if (fault.empty())
+    if (has_value)
       add({.part = "memory",
            .name = name,
            .value = std::max(ratio, 1.0 / ratio),
            .unit = "apart",
-           .bound = forecast_error,
+           .bound = bench_bounds::forecast_error,
            .note = fmt::format("foretold {:.4g} B a particle", forecast_bytes)});
   }
 }
@@ -339,11 +241,11 @@ void Suite::ranks() {
   };
   const int n_steps = n_rounds() * block_steps;
   if (n_usable_cores() < 2)
-    add(skipped("ranks", "throughput of 2 ranks", "this process may use one core only"));
+    add(row_without_value("ranks", "throughput of 2 ranks", "skipped", "this process may use one core only"));
   else
-    add(child_row("ranks", "throughput of 2 ranks", 2, "cream", usual_size(), n_steps, throughput(two_ranks)));
+    add(child_row("ranks", "throughput of 2 ranks", 2, "cream", usual_size(), n_steps, throughput(bench_bounds::two_ranks)));
   add(child_row("ranks", fmt::format("throughput of 8 ranks on {} cores", n_usable_cores()), 8, "cream", usual_size(),
-                block_steps, throughput(eight_ranks)));
+                block_steps, throughput(bench_bounds::eight_ranks)));
 }
 
 JsonObject Suite::json() const {
