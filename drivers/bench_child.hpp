@@ -10,7 +10,7 @@ namespace bulkley {
 /// child believe it was a rank of the same job.
 void remember_environment();
 
-/// Why no run on `n_ranks` ranks can be started from here, as a clause; empty when it can. A run on one rank needs no mpirun.
+/// Why no run on `n_ranks` ranks can be started from here, as a clause; empty when it can. One rank needs no mpirun.
 std::string child_obstacle(int n_ranks);
 
 struct ChildOutcome {
@@ -18,8 +18,8 @@ struct ChildOutcome {
   std::string json;   ///< what the child wrote
 };
 
-/// `bulkley bench arguments --json FILE` on `n_ranks` ranks, ended after `time_limit` seconds. Sleeps meanwhile. One process;
-/// not collective.
+/// `bulkley bench arguments --json FILE` on `n_ranks` ranks, ended after `time_limit` seconds. Sleeps meanwhile. Not
+/// collective.
 ChildOutcome run_child_bench(int n_ranks, const std::vector<std::string>& arguments, double time_limit);
 
 }  // namespace bulkley

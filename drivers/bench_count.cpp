@@ -71,7 +71,7 @@ WorkTerm g2p_particles(const WorkCase& w) {
 }
 
 WorkTerm stress(const WorkCase& w) {
-  // What g2p has just written is still in cache. Reads b, J, V, material; writes b and J back, tau and the shear rate blindly.
+  // What g2p has just written is still in cache. Reads b, J, V, material; writes b, J back, tau and the shear rate blindly.
   double bytes = (6 + 1 + 1) * pass + 1 + (6 + 1) * pass + (6 + 1) * blind;
   double flops = 12 + 14 + 30 + 75 + 7 + 1;  // 1 + dt L, its determinant, inverse cube root, f b f^T, scaled; J
   flops += 6 + 6 + 7;                        // deviator, tau

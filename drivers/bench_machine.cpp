@@ -22,7 +22,7 @@ double now() { return std::chrono::duration<double>(std::chrono::steady_clock::n
 // Elements per second.
 double triad_rate() {
   constexpr std::size_t n = std::size_t{100} << 17;  // 100 MiB an array
-  constexpr int n_passes = 8;
+  constexpr int n_passes = 20;
   std::vector<double> a(n, 0.0), b(n, 1.0), c(n, 2.0);
   double best = std::numeric_limits<double>::infinity();
   for (int pass = 0; pass < n_passes; ++pass) {
@@ -71,13 +71,13 @@ MachineLimits measure_machine() {
   return {24.0 * elements, 32.0 * elements, pack_rate()};
 }
 
-double available_memory() {
+bool fits_into_memory(double bytes) {
   std::ifstream file("/proc/meminfo");
   for (std::string word; file >> word;) {
     double kibibytes = 0.0;
-    if (word == "MemAvailable:" && file >> kibibytes) return kibibytes * 1024.0;
+    if (word == "MemAvailable:" && file >> kibibytes) return 1.1 * bytes < kibibytes * 1024.0;
   }
-  return std::numeric_limits<double>::infinity();
+  return true;
 }
 
 int n_usable_cores() {

@@ -14,8 +14,8 @@ struct MachineLimits {
 /// Best of several passes over arrays far beyond the last cache (300 MiB in all), and of chains of packs in registers.
 MachineLimits measure_machine();
 
-/// Memory that could be had without swapping, bytes; infinite where the system does not tell.
-double available_memory();
+/// Whether so many bytes, and a tenth more, could be had without swapping; true where the system does not tell.
+bool fits_into_memory(double bytes);
 
 /// Cores that this process may run on.
 int n_usable_cores();

@@ -7,6 +7,7 @@
 #include <limits>
 #include <thread>
 
+#include "bench_machine.hpp"
 #include "bulkley/forecast.hpp"
 #include "bulkley/io/status.hpp"
 #include "bulkley/simulation_setup.hpp"
@@ -16,7 +17,6 @@ namespace bulkley {
 
 namespace {
 
-constexpr double undefined = std::numeric_limits<double>::quiet_NaN();
 constexpr int naive_steps = 3;  // of a block of the naive kernel
 
 // A barrier whose waiting ranks leave their cores to others, which one of MPI does not.
@@ -38,6 +38,7 @@ BenchRun::BenchRun(const Comm& comm, const BenchCase& what) : comm_(comm) {
   ParticleSet particles = seed_share(comm, scene, partition);
   start_shear(scene, particles);
   solver_ = std::make_unique<Solver>(comm, physics_of(scene), std::move(partition), std::move(particles), std::nullopt);
+  mach_number_ = solver_->bounds().speed.value / wave_speed_at_rest(scene.materials.front().material);
   state_.stable_step = time_step_limit(scene.time, scene.grid.cell_size, solver_->bounds()).dt;
   state_.wait = scene.time.trial_interval;
   state_.first_limit = state_.stable_step;
@@ -74,11 +75,6 @@ double BenchRun::yielded_fraction() const {
   return static_cast<double>(sum_global(comm_, n)) / static_cast<double>(n_particles());
 }
 
-double BenchRun::mach_number() const {
-  const Material& material = solver_->physics().materials.front().material;
-  return solver_->bounds().speed.value / wave_speed_at_rest(material);
-}
-
 std::vector<std::vector<double>> time_in_turn(int n_rounds, const std::vector<Block>& blocks) {
   std::vector<std::vector<double>> seconds(blocks.size());
   for (int round = 0; round < n_rounds; ++round)
@@ -87,7 +83,7 @@ std::vector<std::vector<double>> time_in_turn(int n_rounds, const std::vector<Bl
 }
 
 double median(std::vector<double> values) {
-  if (values.empty()) return undefined;
+  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
   std::sort(values.begin(), values.end());
   const std::size_t half = values.size() / 2;
   return values.size() % 2 == 1 ? values[half] : 0.5 * (values[half - 1] + values[half]);
@@ -115,13 +111,43 @@ double on_root_alone(const Comm& comm, const Block& work) {
   return result;
 }
 
+namespace {
+
+// What a run tells of itself, beside the times of its blocks. Collective.
+BenchResult facts_of(const Comm& comm, const BenchCase& what, BenchRun& run) {
+  BenchResult facts;
+  facts.n_particles = run.n_particles();
+  facts.n_ranks = comm.size();
+  facts.phases = run.phases();
+  facts.sorts_per_step = run.sorts_per_step();
+  facts.yielded_fraction = run.yielded_fraction();
+  facts.mach_number = run.mach_number();
+  facts.forecast_bytes_per_particle = forecast(comm, bench_scene(what), comm.size()).bytes_per_particle;
+  const Exchange& exchange = run.solver().exchange();
+  const auto n_nodes = static_cast<GlobalIndex>(exchange.active_nodes().size());
+  facts.nodes_per_particle = static_cast<double>(sum_global(comm, n_nodes)) / static_cast<double>(facts.n_particles);
+  // Once to the owners and once back, for each vector of nodes.
+  const int passes = what.transfer.flip_fraction() > 0.0 ? 4 : 2;
+  facts.exchange_bytes_per_step = passes * max_global(comm, static_cast<double>(exchange.bytes_remote()));
+  facts.exchange_messages_per_step = passes * max_global(comm, GlobalIndex{exchange.n_neighbours()});
+  return facts;
+}
+
+// Whether the root has the memory to compute the case alone. Collective.
+bool fits_on_root(const Comm& comm, const BenchCase& what) {
+  const bool fits = fits_into_memory(forecast(comm, bench_scene(what), 1).bytes_per_rank);
+  return min_global(comm, GlobalIndex{fits}) == 1;
+}
+
+}  // namespace
+
 BenchResult run_bench(const Comm& comm, const BenchCase& what, const BenchEffort& effort) {
   const auto empty_program = static_cast<GlobalIndex>(peak_resident_bytes());
   BenchRun run(comm, what);
   const GlobalIndex occupied = static_cast<GlobalIndex>(peak_resident_bytes()) - empty_program;
   const auto n = static_cast<double>(run.n_particles());
 
-  const bool with_one_rank = effort.one_rank && comm.size() > 1;
+  const bool with_one_rank = effort.one_rank && comm.size() > 1 && fits_on_root(comm, what);
   std::unique_ptr<Comm> alone;  // the root's communicator with itself
   std::unique_ptr<BenchRun> one_rank;
   std::unique_ptr<NaiveKernel> naive;
@@ -146,27 +172,17 @@ BenchResult run_bench(const Comm& comm, const BenchCase& what, const BenchEffort
   if (with_one_rank) blocks.push_back([&] { return on_root_alone(comm, [&] { return one_rank->advance(block_steps); }); });
   const auto seconds = time_in_turn((effort.n_steps + block_steps - 1) / block_steps, blocks);
 
-  BenchResult result;
-  result.n_particles = run.n_particles();
-  result.n_ranks = comm.size();
-  result.ns = median(seconds[0]) * run.scale();
-  result.naive_ns = effort.naive ? median(seconds[1]) / n * 1e9 : undefined;
-  result.ratio_to_naive = effort.naive ? median_ratio(seconds[0], seconds[1]) * comm.size() : undefined;
-  result.one_rank_ns = with_one_rank ? median(seconds.back()) / n * 1e9 : undefined;
-  result.throughput_ratio = with_one_rank ? median_ratio(seconds.back(), seconds[0]) : undefined;
-  result.phases = run.phases();
-  result.sorts_per_step = run.sorts_per_step();
-  const Exchange& exchange = run.solver().exchange();
-  result.nodes_per_particle =
-      static_cast<double>(sum_global(comm, static_cast<GlobalIndex>(exchange.active_nodes().size()))) / n;
-  result.yielded_fraction = run.yielded_fraction();
-  result.mach_number = run.mach_number();
+  BenchResult result = facts_of(comm, what, run);
   result.bytes_per_particle = static_cast<double>(sum_global(comm, occupied)) / n;
-  result.forecast_bytes_per_particle = forecast(comm, bench_scene(what), comm.size()).bytes_per_particle;
-  // Once to the owners and once back, for each vector of nodes.
-  const int passes = what.transfer.flip_fraction() > 0.0 ? 4 : 2;
-  result.exchange_bytes_per_step = passes * max_global(comm, static_cast<double>(exchange.bytes_remote()));
-  result.exchange_messages_per_step = passes * max_global(comm, GlobalIndex{exchange.n_neighbours()});
+  result.ns = median(seconds[0]) * run.scale();
+  if (effort.naive) {
+    result.naive_ns = median(seconds[1]) / n * 1e9;
+    result.ratio_to_naive = median_ratio(seconds[0], seconds[1]) * comm.size();
+  }
+  if (with_one_rank) {
+    result.one_rank_ns = median(seconds.back()) / n * 1e9;
+    result.throughput_ratio = median_ratio(seconds.back(), seconds[0]);
+  }
   return result;
 }
 

@@ -2,6 +2,8 @@
 // The real step on a scene of the bench, and how it compares with what is timed beside it.
 
 #include <functional>
+#include <limits>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -34,13 +36,14 @@ class BenchRun {
   double sorts_per_step() const;
   /// Part of the particles that flowed in the last step. Collective.
   double yielded_fraction() const;
-  /// Largest speed over the wave speed at rest.
-  double mach_number() const;
+  /// Largest speed at the start over the wave speed at rest.
+  double mach_number() const { return mach_number_; }
 
  private:
   const Comm& comm_;
   std::unique_ptr<Solver> solver_;
   TimeStepState state_;
+  double mach_number_ = 0.0;
   GlobalIndex n_steps_ = 0;  ///< timed
 };
 
@@ -59,31 +62,32 @@ double median_ratio(const std::vector<double>& numerator, const std::vector<doub
 /// Collective; throws what `work` throws, alike on every rank.
 double on_root_alone(const Comm& comm, const Block& work);
 
-/// What one case costs.
+/// What one case costs. What was not measured is NaN.
 struct BenchResult {
+  static constexpr double undefined = std::numeric_limits<double>::quiet_NaN();
   GlobalIndex n_particles = 0;
   int n_ranks = 1;
-  double ns = 0.0;        ///< per particle, step and rank; median of blocks
-  double naive_ns = 0.0;  ///< per particle and step of the naive kernel; NaN if it did not run
-  double ratio_to_naive = 0.0;
-  double one_rank_ns = 0.0;       ///< of one rank with all particles; NaN if that did not run
-  double throughput_ratio = 0.0;  ///< particles per second over those of one rank
+  double ns = undefined;        ///< per particle, step and rank; median of blocks
+  double naive_ns = undefined;  ///< per particle and step of the naive kernel
+  double ratio_to_naive = undefined;
+  double one_rank_ns = undefined;       ///< of one rank with all particles
+  double throughput_ratio = undefined;  ///< particles per second over those of one rank
   std::vector<std::pair<std::string, double>> phases;
-  double sorts_per_step = 0.0;
-  double nodes_per_particle = 0.0;  ///< grid nodes that particles reach, over all ranks
-  double yielded_fraction = 0.0;
-  double mach_number = 0.0;
-  double bytes_per_particle = 0.0;             ///< that all ranks came to occupy beyond the empty program
-  double forecast_bytes_per_particle = 0.0;    ///< the same foretold from the scene alone
-  double exchange_bytes_per_step = 0.0;        ///< that the busiest rank sends and receives
-  GlobalIndex exchange_messages_per_step = 0;  ///< likewise
+  double sorts_per_step = undefined;
+  double nodes_per_particle = undefined;  ///< grid nodes that particles reach, over all ranks
+  double yielded_fraction = undefined;
+  double mach_number = undefined;
+  double bytes_per_particle = undefined;           ///< that all ranks came to occupy beyond the empty program
+  double forecast_bytes_per_particle = undefined;  ///< the same foretold from the scene alone
+  double exchange_bytes_per_step = undefined;      ///< that the busiest rank sends and receives
+  GlobalIndex exchange_messages_per_step = 0;      ///< likewise
 };
 
 /// What to time beside the real step.
 struct BenchEffort {
   int n_steps = 5 * block_steps;  ///< in blocks of block_steps
   bool naive = true;              ///< the naive kernel, on the root
-  bool one_rank = true;           ///< the same scene on the root alone, if there are several ranks
+  bool one_rank = true;           ///< the same scene on the root alone, if there are several ranks and it has the memory
 };
 
 /// Times one case. Collective; throws UsageError.

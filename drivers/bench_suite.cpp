@@ -49,8 +49,9 @@ class Suite {
                 int n_steps, const std::function<void(const std::string& json, Row& row)>& read) const;
   GlobalIndex usual_size() const { return small_ ? 100'000 : 1'000'000; }
   int n_rounds() const { return small_ ? 3 : 5; }
-  bool fits(const BenchCase& what) const {
-    return 1.1 * forecast(comm_, bench_scene(what), 1).bytes_per_rank < available_memory();
+  // Whether the memory that is free holds a case so many times.
+  bool fits(const BenchCase& what, int n_copies = 1) const {
+    return fits_into_memory(forecast(comm_, bench_scene(what), 1).bytes_per_rank * n_copies);
   }
 
   const Comm& comm_;
@@ -188,7 +189,8 @@ Row Suite::child_row(const std::string& part, const std::string& name, int n_ran
                      GlobalIndex n, int n_steps, const std::function<void(const std::string& json, Row& row)>& read) const {
   if (const std::string obstacle = child_obstacle(n_ranks); !obstacle.empty())
     return row_without_value(part, name, "skipped", obstacle);
-  if (!fits({n, material, {}, {1, 1, 1}}))
+  if (!fits({n, material, {}, {1, 1, 1}}, n_ranks > 1 ? 2 : 1))  // on all ranks, and on one alone
+
     return row_without_value(part, name, "skipped", "it does not fit into the memory that is free");
   const double time_limit = 60.0 + 1e-5 * static_cast<double>(n) * n_steps;  // s; 10 us for a particle's step
   const ChildOutcome outcome = run_child_bench(

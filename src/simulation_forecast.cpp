@@ -58,8 +58,8 @@ BodyForecast body_forecast(const Comm& comm, const Scene& scene, const Body& bod
   return f;
 }
 
-// What PETSc keeps of a DMDA for each owned node, and what it and MPI come to occupy beyond the empty program, bytes: measured
-// with PETSc 3.18 and Open MPI 4.1 (docs/performance.md, "Memory").
+// What PETSc keeps of a DMDA for each owned node, and what it and MPI come to occupy beyond the empty program, bytes:
+// measured with PETSc 3.18 and Open MPI 4.1 (docs/performance.md, "Memory").
 constexpr double dmda_bytes_per_node = 20.0;
 constexpr double library_bytes = 5.0e6;
 
