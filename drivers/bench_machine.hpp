@@ -8,7 +8,7 @@ namespace bulkley {
 struct MachineLimits {
   double triad_bandwidth = 0.0;    ///< bytes/s of a = b + s c as the code counts them, 24 per element
   double traffic_bandwidth = 0.0;  ///< bytes/s with the line of `a` that is read before it is written, 32 per element
-  double flops = 0.0;              ///< double-precision operations/s of packs, a fused product and sum counted as two
+  double flops = 0.0;  ///< operations/s of packs as the compiler makes them, a fused product and sum counted as two
 };
 
 /// Best of several passes over arrays far beyond the last cache (300 MiB in all), and of chains of packs in registers.
