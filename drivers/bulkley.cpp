@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "bench_child.hpp"
 #include "bulkley/base/petsc.hpp"
 #include "bulkley/base/signals.hpp"
 #include "bulkley/config/nearest.hpp"
@@ -95,6 +96,7 @@ ExitCode guarded(const Comm& comm, int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  remember_environment();
   // Ours stand before "--", PETSc's after it.
   int n_ours = argc;
   for (int k = 1; k < argc; ++k)

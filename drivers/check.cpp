@@ -44,8 +44,8 @@ void print(const Scene& scene, const Forecast& f) {
     }
   fmt::print("\nranks      {} ({} x {} x {}): at most {} particles a rank, imbalance {:.3f}\n", f.n_ranks, f.process_grid[0],
              f.process_grid[1], f.process_grid[2], f.largest_share, f.imbalance);
-  fmt::print("memory     about {:.1f} MiB on the fullest rank, beside what MPI and PETSc take\n",
-             f.bytes_per_rank / (1024.0 * 1024.0));
+  fmt::print("memory     about {:.1f} MiB on the fullest rank, beyond the empty program; {:.0f} bytes per particle in all\n",
+             f.bytes_per_rank / (1024.0 * 1024.0), f.bytes_per_particle);
   fmt::print("time step  {:.4g} s at the start, limited by: {}\n", f.limit.dt, name(f.limit.limiter));
   fmt::print("steps      about {:.0f} to t = {:g} s\n", f.n_steps, scene.time.end_time);
   for (const std::string& warning : f.warnings) fmt::print("warning: {}\n", warning);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <set>
 
 #include "bulkley/forecast.hpp"
@@ -15,12 +16,6 @@ namespace bulkley {
 namespace {
 
 constexpr double undefined = std::numeric_limits<double>::quiet_NaN();
-
-State<double> rest_state() { return {{{1.0, 1.0, 1.0, 0.0, 0.0, 0.0}}, 1.0}; }
-
-double wave_speed_at_rest(const Material& material) {
-  return std::visit([](const auto& law) { return std::sqrt(law.wave_speed_squared(rest_state())); }, material);
-}
 
 // Stress at shear rate U / L and what is yield stress of it; only fluids have either.
 struct FlowStress {
@@ -63,14 +58,21 @@ BodyForecast body_forecast(const Comm& comm, const Scene& scene, const Body& bod
   return f;
 }
 
-// Bytes on the fullest rank: particles with their work arrays, owned nodes, pool nodes, and the tables over all tiles.
-double memory_estimate(const Scene& scene, const Partition& partition, std::span<const GlobalIndex> load, int n_ranks) {
+// What PETSc keeps of a DMDA for each owned node, and what it and MPI come to occupy beyond the empty program, bytes:
+// measured with PETSc 3.18 and Open MPI 4.1 (docs/performance.md, "Memory").
+constexpr double dmda_bytes_per_node = 20.0;
+constexpr double library_bytes = 5.0e6;
+
+// Bytes by rank: particles with their work arrays, pool nodes, owned nodes, and the tables over all tiles.
+std::vector<double> memory_estimates(const Scene& scene, const Partition& partition, std::span<const GlobalIndex> load,
+                                     int n_ranks) {
   const ParticleSet sample(scene.transfer.needs_velocity_gradient());
   // Particles, one column of scratch for sorting, cell and order of each.
   const double per_particle = static_cast<double>(sample.bytes_per_particle()) + 8.0 + 2.0 * sizeof(LocalIndex);
   const double vectors = scene.transfer.flip_fraction() > 0.0 ? 2.0 : 1.0;
   const double footprint = std::pow(footprint_width(scene.grid.order), 2);
-  std::vector<double> bytes(static_cast<std::size_t>(n_ranks), 0.0);
+  const double tables = static_cast<double>(load.size()) * (sizeof(std::int32_t) + sizeof(GlobalIndex));
+  std::vector<double> bytes(static_cast<std::size_t>(n_ranks), library_bytes + tables);
   for (std::size_t tile = 0; tile < load.size(); ++tile) {
     if (load[tile] == 0) continue;
     // A tile's own nodes and about half a layer more on each side; the counters of its cells; its row offsets.
@@ -79,13 +81,22 @@ double memory_estimate(const Scene& scene, const Partition& partition, std::span
                                                                vectors * sizeof(Node) * nodes +
                                                                sizeof(LocalIndex) * (tile_nodes + footprint);
   }
-  double owned = 1.0;
-  for (int a = 0; a < 3; ++a) owned *= *std::max_element(partition.nodes[a].begin(), partition.nodes[a].end());
-  const double tables = static_cast<double>(load.size()) * (sizeof(std::int32_t) + sizeof(GlobalIndex));
-  return *std::max_element(bytes.begin(), bytes.end()) + vectors * sizeof(Node) * owned + tables;
+  for (int i = 0; i < partition.n_ranks[0]; ++i)
+    for (int j = 0; j < partition.n_ranks[1]; ++j)
+      for (int k = 0; k < partition.n_ranks[2]; ++k) {
+        const double owned = 1.0 * partition.nodes[0][i] * partition.nodes[1][j] * partition.nodes[2][k];
+        bytes[static_cast<std::size_t>(partition.rank_of({i, j, k}))] +=
+            (vectors * sizeof(Node) + dmda_bytes_per_node) * owned;
+      }
+  return bytes;
 }
 
 }  // namespace
+
+double wave_speed_at_rest(const Material& material) {
+  const State<double> rest{isochoric_identity<double>(), 1.0};
+  return std::visit([&](const auto& law) { return std::sqrt(law.wave_speed_squared(rest)); }, material);
+}
 
 Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks) {
   Forecast f;
@@ -111,7 +122,9 @@ Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks) {
   }
   f.largest_share = *std::max_element(share.begin(), share.end());
   f.imbalance = imbalance(partition, load, n_ranks);
-  f.bytes_per_rank = memory_estimate(scene, partition, load, n_ranks);
+  const std::vector<double> bytes = memory_estimates(scene, partition, load, n_ranks);
+  f.bytes_per_rank = *std::max_element(bytes.begin(), bytes.end());
+  f.bytes_per_particle = std::accumulate(bytes.begin(), bytes.end(), 0.0) / static_cast<double>(f.n_particles);
 
   f.limit = time_step_limit(scene.time, scene.grid.cell_size, start);
   double dt = f.limit.dt;

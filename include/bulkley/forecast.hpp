@@ -31,16 +31,20 @@ struct Forecast {
   GlobalIndex n_particles = 0;
   int n_ranks = 1;
   Int3 process_grid{1, 1, 1};
-  double imbalance = 1.0;         ///< largest over mean particles per rank at the start
-  GlobalIndex largest_share = 0;  ///< particles of the fullest rank
-  double bytes_per_rank = 0.0;    ///< of the fullest rank, without what the libraries take
-  TimeStepLimit limit{};          ///< at the start
-  double n_steps = 0.0;           ///< end time over the step that the limits (or the user) allow at the start
+  double imbalance = 1.0;           ///< largest over mean particles per rank at the start
+  GlobalIndex largest_share = 0;    ///< particles of the fullest rank
+  double bytes_per_rank = 0.0;      ///< that the rank with most of them comes to occupy beyond the empty program
+  double bytes_per_particle = 0.0;  ///< of all ranks together; NaN without particles
+  TimeStepLimit limit{};            ///< at the start
+  double n_steps = 0.0;             ///< end time over the step that the limits (or the user) allow at the start
   std::vector<std::string> warnings;
 };
 
 /// Runs more steps than this are warned of.
 inline constexpr double many_steps = 1e6;
+
+/// Wave speed of the undeformed material (T25), m/s. Not collective.
+double wave_speed_at_rest(const Material& material);
 
 /// Collective; nothing is run.
 Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks);

@@ -116,6 +116,14 @@ particles_per_cell = 8
     Case("unknown_option", USAGE, r"--outt", arguments=["run", "{scene}", "--outt", "out"]),
     Case("missing_scene", USAGE, r"absent\.toml", arguments=["run", "absent.toml", "--out", "out"]),
     Case("override_of_unknown_key", USAGE, r"time\.ent.*did you mean 'end'", arguments=[*RUN, "--set", "time.ent=1"]),
+    Case("bench_unknown_material", USAGE, r"--material creme: .*neo_hookean, cream", arguments=["bench", "--material", "creme"]),
+    Case("bench_too_few_particles", USAGE, r"--particles.*11500", arguments=["bench", "--particles", "100"]),
+    Case("bench_unknown_scheme", USAGE, r"--scheme.*apci.*apic", arguments=["bench", "--scheme", "apci"]),
+    Case("bench_unknown_part", USAGE, r"--only.*speed.*cases", arguments=["bench", "--suite", "--only", "speed"]),
+    Case("bench_small_without_suite", USAGE, r"--small requires --suite", arguments=["bench", "--small"]),
+    Case("bench_suite_of_one_case", USAGE, r"--material excludes --suite",
+         arguments=["bench", "--suite", "--material", "pie"]),
+    Case("bench_suite_on_several_ranks", USAGE, r"--suite: .*one process", ranks=(2,), arguments=["bench", "--suite"]),
     Case("too_many_ranks", USAGE, r"too few", ranks=(4,), replace={
         "upper = [0.16, 0.16, 0.16]": "upper = [0.04, 0.04, 0.04]",
         "shape = { type = \"sphere\", center = [0.08, 0.08, 0.05], radius = 0.03 }":

@@ -1,0 +1,23 @@
+#pragma once
+// What the machine can do at best: the floor under every step. One core; not collective.
+
+#include <cstddef>
+
+namespace bulkley {
+
+struct MachineLimits {
+  double triad_bandwidth = 0.0;    ///< bytes/s of a = b + s c as the code counts them, 24 per element
+  double traffic_bandwidth = 0.0;  ///< bytes/s with the line of `a` that is read before it is written, 32 per element
+  double flops = 0.0;  ///< operations/s of packs as the compiler makes them, a fused product and sum counted as two
+};
+
+/// Best of several passes over arrays far beyond the last cache (300 MiB in all), and of chains of packs in registers.
+MachineLimits measure_machine();
+
+/// Whether so many bytes, and a tenth more, could be had without swapping; true where the system does not tell.
+bool fits_into_memory(double bytes);
+
+/// Cores that this process may run on.
+int n_usable_cores();
+
+}  // namespace bulkley
