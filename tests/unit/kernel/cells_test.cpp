@@ -150,6 +150,84 @@ TEST(Locate, WithoutTilesAllAreStraysAndWithoutParticlesThereAreNone) {
   EXPECT_EQ(map.largest_count(), 0);
 }
 
+// In blocks, and with particles that arrive after the others have been counted.
+TEST(Locate, BlocksTogetherFindWhatOnePassFinds) {
+  const GridGeometry grid = box();
+  std::vector<TileIndex> tiles = all_tiles(grid);
+  tiles.erase(tiles.begin() + 5);
+  const PoolLayout layout(grid, tiles);
+  const ParticleSet set = particles_at(random_positions(grid, 500));
+  CellMap whole, parts;
+  std::vector<Stray> strays, strays_of_parts;
+  whole.reset(layout, set.size());
+  locate(grid, layout, set, whole, strays);
+  const LocalIndex block = ParticleSet::padding, n_first = 300;  // 300: not a multiple of any pack
+  parts.reset(layout, n_first);
+  for (LocalIndex begin = 0; begin < n_first; begin += block)
+    locate(grid, layout, set, parts, strays_of_parts, {begin, std::min(begin + block, n_first)});
+  parts.resize(set.size());
+  locate(grid, layout, set, parts, strays_of_parts, {n_first, set.size()});
+  EXPECT_EQ(parts.cell, whole.cell);
+  EXPECT_EQ(parts.count, whole.count);
+  EXPECT_EQ(parts.largest_count(), whole.largest_count());
+  ASSERT_FALSE(strays.empty());
+  ASSERT_EQ(strays_of_parts.size(), strays.size());
+  for (std::size_t n = 0; n < strays.size(); ++n) EXPECT_EQ(strays_of_parts[n].particle, strays[n].particle);
+}
+
+TEST(Locate, CountsTheJumpsFromTileToTile) {
+  const GridGeometry grid = box();
+  const PoolLayout layout(grid, all_tiles(grid));
+  const Vec3 one = grid.lower + Vec3(0.15, 0.15, 0.15), other = grid.lower + Vec3(0.55, 0.15, 0.15);
+  ParticleSet set = particles_at({one, one, other, other, other, one, other, other, other, other, other, other, one});
+  CellMap map;
+  std::vector<Stray> strays;
+  map.reset(layout, set.size());
+  locate(grid, layout, set, map, strays);
+  EXPECT_EQ(map.n_jumps, 5);  // the first particle's tile, then four changes
+  sort_particles(set, map);
+  map.reset(layout, set.size());
+  locate(grid, layout, set, map, strays);
+  EXPECT_EQ(map.n_jumps, 2);
+}
+
+// --- tiles in reach --------------------------------------------------------------------------------------------------
+
+// Every base node within one cell of a particle's, tried one by one.
+std::vector<TileIndex> tiles_within_one_cell(const GridGeometry& grid, const ParticleSet& set) {
+  std::vector<TileIndex> tiles;
+  for (LocalIndex p = 0; p < set.size(); ++p)
+    for (int d = 0; d < 27; ++d) {
+      Int3 node{};
+      bool exists = true;
+      for (int a = 0; a < 3; ++a) {
+        const int n = grid.n_nodes(a);
+        node[a] = grid.base_node(a, set.vector(Field::position, p)[a]) + (a == 0 ? d / 9 : a == 1 ? d / 3 % 3 : d % 3) - 1;
+        if (grid.periodic[a]) node[a] = (node[a] + n) % n;
+        exists = exists && node[a] >= 0 && node[a] < n;
+      }
+      if (exists) tiles.push_back(grid.tile_of_node(node));
+    }
+  std::sort(tiles.begin(), tiles.end());
+  tiles.erase(std::unique(tiles.begin(), tiles.end()), tiles.end());
+  return tiles;
+}
+
+TEST(TilesInReach, AreThoseOfAllCellsWithinOneStep) {
+  for (const bool periodic : {false, true}) {
+    GridGeometry grid = box(SplineOrder::quadratic, periodic);
+    grid.n_cells = {16, 12, 20};
+    const std::vector<Vec3> positions = random_positions(grid, 60);
+    for (const Vec3& x : positions) {
+      const ParticleSet one = particles_at({x});
+      EXPECT_EQ(tiles_in_reach(grid, one), tiles_within_one_cell(grid, one));
+    }
+    const ParticleSet all = particles_at(positions);
+    EXPECT_EQ(tiles_in_reach(grid, all), tiles_within_one_cell(grid, all));
+    EXPECT_TRUE(tiles_in_reach(grid, particles_at({})).empty());
+  }
+}
+
 // --- sort ------------------------------------------------------------------------------------------------------------
 
 TEST(SortParticles, OrdersByCellAndKeepsTheOrderWithinOne) {

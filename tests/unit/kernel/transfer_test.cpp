@@ -279,6 +279,38 @@ TEST(Transfer, ShuffledParticlesTakeTheSameSteps) {
   }
 }
 
+// The solver advances particles block by block.
+TEST(Transfer, BlocksTogetherTakeTheStepOfTheWhole) {
+  for (const TransferSettings& transfer : all_transfers()) {
+    SCOPED_TRACE(describe(transfer));
+    const SerialScene scene = open_scene(transfer);
+    SerialStep whole(scene, random_particles(scene, 301, 15, true));
+    SerialStep parts(scene, random_particles(scene, 301, 15, true));
+    for (SerialStep* run : {&whole, &parts}) {
+      run->particles_to_nodes(1e-3);
+      run->update_nodes(1e-3);
+    }
+    whole.nodes_to_particles(1e-3);
+    const Field gradient = transfer.needs_velocity_gradient() ? Field::velocity_gradient : Field::affine_velocity;
+    StepBounds bounds;
+    for (LocalIndex begin = 0; begin < parts.particles.size(); begin += 2 * ParticleSet::padding) {
+      const ParticleBlock block{begin, begin + 2 * ParticleSet::padding};
+      g2p(scene.grid, transfer, parts.layout, parts.map, 1e-3, parts.nodes.data(), parts.impulse.data(), parts.particles,
+          bounds, block);
+      for (std::size_t m = 0; m < scene.materials.size(); ++m)
+        stress_update(scene.materials[m].material, static_cast<std::uint8_t>(m), gradient, 1e-3, parts.particles, bounds,
+                      block);
+    }
+    EXPECT_TRUE(same_particles(whole.particles, parts.particles));
+    EXPECT_EQ(bounds.speed.id, whole.bounds.speed.id);
+    EXPECT_EQ(bounds.velocity_gradient.value, whole.bounds.velocity_gradient.value);
+    EXPECT_EQ(bounds.mass, whole.bounds.mass);
+    EXPECT_EQ(bounds.momentum, whole.bounds.momentum);
+    EXPECT_EQ(bounds.stress_volume, whole.bounds.stress_volume);
+    EXPECT_EQ(bounds.largest_volume_ratio, whole.bounds.largest_volume_ratio);
+  }
+}
+
 // --- base nodes ------------------------------------------------------------------------------------------------------
 
 // Positions as close to cell edges as doubles go. If p2g and locate disagreed about a particle's base node, the mass would
