@@ -75,7 +75,7 @@ const config::Keys<HerschelBulkleyInput>& LawKeys<HerschelBulkley>::table() {
 void LawKeys<HerschelBulkley>::fill(const config::Value& table, const Input& input, HerschelBulkley& law,
                                     config::Faults& faults) {
   if (config::refuse_mixture(table, yue_names, "Yue's convention", rheometer_names, "the shear rheometer's", faults)) return;
-  HerschelBulkley::Parameters& p = law.parameters;
+  HerschelBulkley::Parameters p = law.parameters;
   assign(input.density, p.density);
   assign(input.bulk_modulus, p.bulk_modulus);
   assign(input.shear_modulus, p.shear_modulus);
@@ -91,6 +91,7 @@ void LawKeys<HerschelBulkley>::fill(const config::Value& table, const Input& inp
     assign(input.eta, p.eta);
     assign(input.h, p.h);
   }
+  law = HerschelBulkley{p};
 
   const auto require = [&](const std::string& name, double value) {
     if (std::isnan(value)) config::report_missing_key(table, name, false, faults);

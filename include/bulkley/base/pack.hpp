@@ -8,6 +8,8 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <type_traits>
+#include <utility>
 
 namespace bulkley {
 
@@ -51,7 +53,7 @@ using Bits = typename BitsOf<Real>::type;
 /// All lanes equal to `value`.
 template <class Real>
 inline Real broadcast(double value) {
-  if constexpr (sizeof(Real) == sizeof(double))
+  if constexpr (std::is_same_v<Real, double>)
     return value;
   else
     return Real{} + value;
@@ -69,8 +71,11 @@ inline Pack select(PackMask mask, Pack if_true, Pack if_false) { return mask ? i
 
 inline bool any(bool mask) { return mask; }
 inline bool any(PackMask mask) {
-  std::int64_t bits = 0;
-  for (int lane = 0; lane < n_lanes; ++lane) bits |= mask[lane];
+  using Bytes [[gnu::vector_size(n_lanes)]] = std::int8_t;
+  const Bytes narrow = __builtin_convertvector(mask, Bytes);
+  std::conditional_t<n_lanes == 8, std::uint64_t, std::uint32_t> bits;  // all lanes in one word
+  static_assert(sizeof bits == sizeof narrow);
+  std::memcpy(&bits, &narrow, sizeof bits);
   return bits != 0;
 }
 
@@ -85,6 +90,14 @@ inline Real maximum(Real a, Real b) {
 template <class Real>
 inline Real absolute(Real a) {
   return select(a < broadcast<Real>(0.0), -a, a);
+}
+
+/// from[index], for each lane's index.
+inline double gather(const double* from, std::int64_t index) { return from[index]; }
+inline Pack gather(const double* from, PackMask index) {
+  // One initialiser: lanes written one after the other would wait for each other.
+  return [&]<std::size_t... lane>(std::index_sequence<lane...>) { return Pack{from[index[lane]]...}; }
+  (std::make_index_sequence<n_lanes>{});
 }
 
 inline double square_root(double a) { return std::sqrt(a); }

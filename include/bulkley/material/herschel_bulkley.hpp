@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -25,6 +26,8 @@ struct HerschelBulkley {
     double h = std::numeric_limits<double>::quiet_NaN();              ///< flow index, 0.1 to 3; < 1 shear thinning
   };
   Parameters parameters;
+  /// Of eta and h as they were when the law was made; goes unused, at a loss of speed, once they have changed.
+  std::shared_ptr<const OverstressTable> table = make_overstress_table(parameters.eta, parameters.h);
 
   static constexpr const char* law_name = "herschel_bulkley";
   static constexpr bool flows = true;
@@ -35,7 +38,13 @@ struct HerschelBulkley {
   NeoHookean elastic() const { return {{parameters.density, parameters.bulk_modulus, parameters.shear_modulus}}; }
 
   /// The flow rule in the form of return_map.hpp.
-  FlowRule flow_rule() const { return {std::sqrt(2.0 / 3.0) * parameters.sigma_Y, parameters.eta, parameters.h}; }
+  FlowRule flow_rule() const {
+    const bool fits = table && table->eta() == parameters.eta && table->h() == parameters.h;
+    const double radius = std::sqrt(2.0 / 3.0) * parameters.sigma_Y;
+    if (!fits) [[unlikely]]
+      return {radius, parameters.eta, parameters.h};
+    return {radius, parameters.eta, parameters.h, table.get(), table->log_eta()};
+  }
 
   template <class Real>
   SymTensor<Real> kirchhoff_stress(const State<Real>& state) const {
@@ -61,18 +70,19 @@ struct HerschelBulkley {
     SymTensor<Real>& b = state.left_cauchy_green;
     const Real trial_mean = trace(b) * (1.0 / 3.0);
     SymTensor<Real> e = deviator(b);
-    const Real trial_norm = mu * square_root(norm_squared(e));
-    const FlowReturn<Real> flow = flow_return(trial_norm, mu * trial_mean, dt, flow_rule());
+    const Real trial_norm_squared = norm_squared(e);
+    const FlowReturn<Real> flow = flow_return(mu * square_root(trial_norm_squared), mu, trial_mean, dt, flow_rule());
     Real dissipation = zero;
     if (any(flow.yields)) {
-      const Real ratio = flow.norm / trial_norm;
-      for (Real& component : e.c) component *= ratio;
-      const Real mean = isochoric_mean(e, trial_mean, flow.yields);
-      for (int c = 0; c < 6; ++c) b.c[c] = select(flow.yields, c < 3 ? e.c[c] + mean : e.c[c], b.c[c]);
+      const Real ratio_squared = flow.ratio * flow.ratio;
+      const Real J2 = 0.5 * trial_norm_squared * ratio_squared;
+      const Real J3 = determinant(e) * (flow.ratio * ratio_squared);
+      const Real mean = isochoric_mean(J2, J3, trial_mean, flow.yields);
+      for (Real& component : e.c) component *= flow.ratio;  // 1 where elastic
+      for (int c = 0; c < 6; ++c) b.c[c] = c < 3 ? select(flow.yields, e.c[c] + mean, b.c[c]) : e.c[c];
       dissipation = select(flow.yields, (1.5 * mu) * (trial_mean - mean), zero);
     }
-    // One place for the stress, so that it is rounded alike whether a neighbour in the pack yields or not.
-    return {kirchhoff_stress(state), std::sqrt(2.0) * flow.rate, dissipation};
+    return {elastic().kirchhoff_stress(e, state.volume_ratio), std::sqrt(2.0) * flow.rate, dissipation};
   }
 };
 

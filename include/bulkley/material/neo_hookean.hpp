@@ -50,8 +50,12 @@ struct NeoHookean {
   /// (T16): tau = (kappa/2) (J^2 - 1) 1 + mu dev b, Pa.
   template <class Real>
   SymTensor<Real> kirchhoff_stress(const State<Real>& state) const {
-    const Real J = state.volume_ratio;
-    SymTensor<Real> tau = deviator(state.left_cauchy_green);
+    return kirchhoff_stress(deviator(state.left_cauchy_green), state.volume_ratio);
+  }
+  /// The same from e = dev b and J.
+  template <class Real>
+  SymTensor<Real> kirchhoff_stress(const SymTensor<Real>& e, Real J) const {
+    SymTensor<Real> tau = e;
     for (Real& component : tau.c) component *= parameters.shear_modulus;
     const Real pressure_part = 0.5 * parameters.bulk_modulus * ((J - 1.0) * (J + 1.0));
     for (int a = 0; a < 3; ++a) tau.c[a] += pressure_part;

@@ -43,6 +43,15 @@ TEST(Pack, LanewiseFunctionsAgreeWithTheirScalars) {
   }
 }
 
+TEST(Pack, GathersOneNumberForEachLane) {
+  double table[5 * n_lanes];
+  for (int i = 0; i < 5 * n_lanes; ++i) table[i] = 100.0 + i;
+  PackMask index;
+  for (int lane = 0; lane < n_lanes; ++lane) index[lane] = (7 * lane + 3) % (5 * n_lanes);
+  for (int lane = 0; lane < n_lanes; ++lane) EXPECT_EQ(gather(table, index)[lane], gather(table, std::int64_t{index[lane]}));
+  EXPECT_EQ(gather(table, std::int64_t{3}), 103.0);
+}
+
 TEST(Pack, ComparisonsWithNaNAreFalse) {
   const Pack nan = broadcast<Pack>(std::nan("")), one = broadcast<Pack>(1.0);
   EXPECT_FALSE(any(nan < one) || any(nan > one) || any(nan == nan));

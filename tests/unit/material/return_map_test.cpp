@@ -57,10 +57,18 @@ class FlowReturnTable : public testing::TestWithParam<ReturnCase> {};
 
 TEST_P(FlowReturnTable, AgreesWithTheReference) {
   const ReturnCase& c = GetParam();
-  const auto result = flow_return(c.trial_norm, c.modulus, c.dt, rule(c.sigma_Y, c.eta, c.h));
-  EXPECT_EQ(result.yields, c.rate > 0.0);
-  EXPECT_NEAR(result.norm, c.norm, 1e-12 * c.norm);
-  EXPECT_NEAR(result.rate, c.rate, 1e-9 * c.rate);
+  const auto table = make_overstress_table(c.eta, c.h);
+  FlowRule flow = rule(c.sigma_Y, c.eta, c.h);
+  for (const OverstressTable* first_guess : {static_cast<const OverstressTable*>(nullptr), table.get()}) {
+    flow.table = first_guess;
+    for (const double mean : {1.0, 1.07, 4.0}) {
+      const auto result = flow_return(c.trial_norm, c.modulus / mean, mean, c.dt, flow);
+      EXPECT_EQ(result.yields, c.rate > 0.0);
+      EXPECT_NEAR(result.norm, c.norm, 1e-12 * c.norm);
+      EXPECT_NEAR(result.ratio * c.trial_norm, c.norm, 1e-12 * c.norm);
+      EXPECT_NEAR(result.rate, c.rate, 1e-9 * c.rate);
+    }
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(TableA, FlowReturnTable, testing::ValuesIn(return_cases),
@@ -71,30 +79,31 @@ TEST(FlowReturn, NewtonFluidWithClosedForms) {
     const double a = 2.0 * 300.0 * dt / 10.0;
     const double radius = std::sqrt(2.0 / 3.0) * 30.0;
     const double expected = (100.0 + a * radius) / (1.0 + a);  // h = 1
-    EXPECT_NEAR(flow_return(100.0, 300.0, dt, rule(30.0, 10.0, 1.0)).norm, expected, 1e-14 * expected) << dt;
+    EXPECT_NEAR(flow_return(100.0, 300.0, 1.0, dt, rule(30.0, 10.0, 1.0)).norm, expected, 1e-14 * expected) << dt;
   }
 }
 
 TEST(FlowReturn, WithoutConsistencyTheStressFallsToTheYieldRadiusWhateverTheStep) {
   for (const double dt : {1e-12, 1e-3, 1e6}) {
-    const auto result = flow_return(500.0, 1e4, dt, rule(20.0, 0.0, 0.4));
+    const auto result = flow_return(500.0, 1e4, 1.0, dt, rule(20.0, 0.0, 0.4));
     EXPECT_EQ(result.norm, rule(20.0, 0.0, 0.4).radius);
     EXPECT_NEAR(result.rate * dt, (500.0 - result.norm) / 2e4, 1e-15);
   }
 }
 
 TEST(FlowReturn, WithInfiniteConsistencyNothingFlows) {
-  const auto result = flow_return(500.0, 1e4, 1e-3, rule(20.0, infinity, 0.4));
+  const auto result = flow_return(500.0, 1e4, 1.0, 1e-3, rule(20.0, infinity, 0.4));
   EXPECT_FALSE(result.yields);
   EXPECT_EQ(result.norm, 500.0);
+  EXPECT_EQ(result.ratio, 1.0);
   EXPECT_EQ(result.rate, 0.0);
 }
 
 TEST(FlowReturn, StressExactlyAtTheYieldRadiusDoesNotFlow) {
   const FlowRule at_yield = rule(30.0, 10.0, 0.5);
-  EXPECT_FALSE(flow_return(at_yield.radius, 300.0, 1e-3, at_yield).yields);
+  EXPECT_FALSE(flow_return(at_yield.radius, 300.0, 1.0, 1e-3, at_yield).yields);
   const double above = std::nextafter(at_yield.radius, infinity);
-  const auto result = flow_return(above, 300.0, 1e-3, at_yield);
+  const auto result = flow_return(above, 300.0, 1.0, 1e-3, at_yield);
   EXPECT_TRUE(result.yields);
   EXPECT_GE(result.norm, at_yield.radius);
   EXPECT_LE(result.norm, above);
@@ -104,7 +113,7 @@ TEST(FlowReturn, StressExactlyAtTheYieldRadiusDoesNotFlow) {
 TEST(FlowReturn, TinyRatesKeepTheirRelativeAccuracy) {
   for (const double h : {0.1, 0.22, 0.5, 1.0}) {
     for (const double overstress : {1e-2, 1e-4, 1e-6}) {
-      const auto result = flow_return(overstress, 300.0, 1e-9, rule(0.0, 10.0, h));
+      const auto result = flow_return(overstress, 300.0, 1.0, 1e-9, rule(0.0, 10.0, h));
       const double expected = std::pow(result.norm / 10.0, 1.0 / h);
       EXPECT_GT(expected, 0.0);
       EXPECT_NEAR(result.rate, expected, 1e-11 * expected) << h << ' ' << overstress;
@@ -113,7 +122,7 @@ TEST(FlowReturn, TinyRatesKeepTheirRelativeAccuracy) {
 }
 
 TEST(FlowReturn, NaNStaysNaN) {
-  const auto result = flow_return(std::nan(""), 300.0, 1e-3, rule(30.0, 10.0, 0.5));
+  const auto result = flow_return(std::nan(""), 300.0, 1.0, 1e-3, rule(30.0, 10.0, 0.5));
   EXPECT_TRUE(std::isnan(result.norm));
 }
 
@@ -139,51 +148,92 @@ const RootRow root_rows[] = {
     {3, {0.9999990000003333, 0.9033320576766703, 0.3176721961719807, 0.0009970119452715797, 1.0e-18}},
 };
 
+std::shared_ptr<const OverstressTable> table_of(double h) { return make_overstress_table(1.0, h); }
+
 class SplitOverstressTable : public testing::TestWithParam<RootRow> {};
 
 TEST_P(SplitOverstressTable, AgreesWithTheReference) {
   const double A[5] = {1e-6, 0.1, 1.0, 10.0, 1e6};
+  const auto made = table_of(GetParam().h);
   for (int i = 0; i < 5; ++i) {
     const double expected = GetParam().xi[i];
-    const auto split = split_overstress(std::log(A[i]), 1.0 / GetParam().h, true);
-    EXPECT_NEAR(split.remaining, expected, 2e-12 * expected) << "A = " << A[i];
-    EXPECT_NEAR(split.relaxed, 1.0 - expected, 1e-12 * (1.0 - expected) + 1e-15) << "A = " << A[i];
+    for (const OverstressTable* table : {static_cast<const OverstressTable*>(nullptr), made.get()}) {
+      const auto split = split_overstress(1.0, std::log(A[i]), 1.0 / GetParam().h, true, table);
+      EXPECT_NEAR(split.remaining, expected, 2e-12 * expected) << "A = " << A[i];
+      EXPECT_NEAR(split.relaxed, 1.0 - expected, 1e-12 * (1.0 - expected) + 1e-15) << "A = " << A[i];
+    }
   }
 }
 
 INSTANTIATE_TEST_SUITE_P(TableB, SplitOverstressTable, testing::ValuesIn(root_rows));
 
-// Covers every flow index and any A; a root that Newton's method had not reached would be NaN.
+// Covers every flow index and any A, with and without first guesses; a root that the iteration had not reached would be NaN.
 TEST(SplitOverstress, SatisfiesItsEquationEverywhere) {
   for (double h = 0.1; h <= 3.0; h += 0.05) {
     const double m = 1.0 / h;
-    for (double log_A = -800.0; log_A <= 800.0; log_A += std::fabs(log_A) < 40.0 ? 0.13 : 7.7) {
-      const auto split = split_overstress(log_A, m, true);
-      EXPECT_NEAR(split.remaining + split.relaxed, 1.0, 4e-15) << h << ' ' << log_A;
-      if (split.remaining < 1e-300) continue;
-      // relaxed = A remaining^m to relative accuracy, compared in logarithms
-      const double log_relaxed = log_A + m * std::log(split.remaining);
-      if (split.relaxed == 0.0)
-        EXPECT_LT(log_relaxed, -708.0) << h << ' ' << log_A;
-      else
-        EXPECT_NEAR(std::log(split.relaxed), log_relaxed, 1e-13 * (1.0 + std::fabs(log_A))) << h << ' ' << log_A;
+    const auto table = table_of(h);
+    for (const bool guessed : {false, true}) {
+      for (const double k : {1.0, 1.03, 50.0, 1e20}) {
+        for (double log_A = -800.0; log_A <= 800.0; log_A += std::fabs(log_A) < 40.0 ? 0.13 : 7.7) {
+          const auto split = split_overstress(k, log_A - std::log(k), m, true, guessed ? table.get() : nullptr);
+          EXPECT_NEAR(split.remaining + split.relaxed, 1.0, 4e-15) << h << ' ' << k << ' ' << log_A;
+          if (split.remaining < 1e-300) continue;
+          // relaxed = A remaining^m to relative accuracy, compared in logarithms
+          const double log_relaxed = log_A + m * std::log(split.remaining);
+          if (log_relaxed < std::log(k) - 700.0)
+            EXPECT_LT(split.relaxed, 1e-303 * k) << h << ' ' << k << ' ' << log_A;
+          else
+            EXPECT_NEAR(std::log(split.relaxed), log_relaxed, 1e-13 * (1.0 + std::fabs(log_A)))
+                << h << ' ' << k << ' ' << log_A;
+        }
+      }
     }
   }
 }
 
 TEST(SplitOverstress, LimitsOfSmallAndLargeA) {
   for (const double h : {0.1, 0.5, 1.0, 3.0}) {
-    const auto small = split_overstress(std::log(1e-200), 1.0 / h, true);
+    const auto small = split_overstress(1.0, std::log(1e-200), 1.0 / h, true, table_of(h).get());
     EXPECT_EQ(small.remaining, 1.0);
     EXPECT_NEAR(small.relaxed, 1e-200, 1e-213);
-    const auto large = split_overstress(std::log(1e40), 1.0 / h, true);
+    const auto large = split_overstress(1.0, std::log(1e40), 1.0 / h, true, table_of(h).get());
     const double leading = std::pow(1e40, -h);
     EXPECT_NEAR(large.remaining, leading * (1.0 - h * leading), (2e-13 + 5.0 * leading * leading) * leading);
   }
 }
 
-// --- the spherical part
-// ------------------------------------------------------------------------------------------------------
+// --- first guesses ------------------------------------------------------------------------------------------------------
+
+TEST(OverstressTable, GuessesWithinItsStatedError) {
+  for (const double h : {0.1, 0.15, 0.22, 0.5, 0.7, 1.0, 1.6, 2.8, 3.0}) {
+    const auto table = table_of(h);
+    for (double t = -15.0; t <= 15.0; t += 0.0137) {
+      const double log_A = t < 0.0 ? t : t / h;
+      const double exact = std::log(split_overstress(1.0, log_A, 1.0 / h, true, nullptr).remaining);
+      EXPECT_NEAR(table->log_remaining(log_A), exact, 4e-6 * std::min(1.0, h)) << h << ' ' << log_A;
+    }
+  }
+}
+
+TEST(OverstressTable, BeyondItsRangeItKeepsToTheAsymptotes) {
+  for (const double h : {0.1, 1.0, 3.0}) {
+    const auto table = table_of(h);
+    for (const double log_A : {-infinity, -1e300, -1000.0, -17.0}) EXPECT_NEAR(table->log_remaining(log_A), 0.0, 2e-7);
+    for (const double t : {17.0, 1000.0, 1e300}) EXPECT_NEAR(table->log_remaining(t / h), -t, 1e-15 * t);
+  }
+}
+
+TEST(OverstressTable, IsMissingWithoutParameters) {
+  EXPECT_EQ(make_overstress_table(std::nan(""), 0.5), nullptr);
+  EXPECT_EQ(make_overstress_table(1.0, std::nan("")), nullptr);
+  EXPECT_NE(make_overstress_table(0.0, 0.5), nullptr);
+}
+
+// --- the spherical part -------------------------------------------------------------------------------------------------
+
+double isochoric_mean(const SymTensor<double>& e, double upper) {
+  return bulkley::isochoric_mean(0.5 * norm_squared(e), determinant(e), upper, true);
+}
 
 TEST(IsochoricMean, RestoresTheDeterminantForAnyScalingOfATrial) {
   std::mt19937_64 random(3);
@@ -201,7 +251,7 @@ TEST(IsochoricMean, RestoresTheDeterminantForAnyScalingOfATrial) {
       for (const double kept : {0.0, 0.3, 0.9, 0.999999}) {
         SymTensor<double> e = deviator(b);
         for (double& c : e.c) c *= kept;
-        const double x = isochoric_mean(e, upper, true);
+        const double x = isochoric_mean(e, upper);
         EXPECT_LE(x, upper);
         EXPECT_GE(x, 1.0 - 1e-15);
         SymTensor<double> restored = e;
@@ -218,7 +268,7 @@ TEST(IsochoricMean, EndsAtExtremeStretch) {
     const double mean = (stretch * stretch + 2.0 / stretch) / 3.0;
     for (double kept = 0.05; kept < 1.0; kept += 0.07) {
       const double side = kept * (1.0 / stretch - mean);
-      const double x = isochoric_mean(SymTensor<double>{{-2.0 * side, side, side, 0, 0, 0}}, mean, true);
+      const double x = isochoric_mean(SymTensor<double>{{-2.0 * side, side, side, 0, 0, 0}}, mean);
       EXPECT_NEAR(x, -side, 1e-6 * mean + 1.0 / std::sqrt(-3.0 * side)) << stretch << ' ' << kept;
     }
   }
@@ -235,20 +285,26 @@ TEST(ReturnMap, EachLaneIsTheScalarResultWhateverItsNeighbours) {
   for (const double h : {0.1, 0.22, 1.0, 2.8, 3.0}) {
     for (const double sigma_Y : {0.0, 31.9}) {
       for (const double eta : {0.0, 1e-300, 27.2, 1e300, infinity}) {
-        for (std::size_t first = 0; first < trial_norms.size(); ++first) {
-          Pack trial, modulus;
-          for (int lane = 0; lane < n_lanes; ++lane) {
-            trial[lane] = trial_norms[(first + 3 * static_cast<std::size_t>(lane)) % trial_norms.size()];
-            modulus[lane] = 290.0 * (1.0 + 0.1 * lane);
-          }
-          const auto lanes = flow_return(trial, modulus, 1e-4, rule(sigma_Y, eta, h));
-          for (int lane = 0; lane < n_lanes; ++lane) {
-            const auto scalar = flow_return(double{trial[lane]}, double{modulus[lane]}, 1e-4, rule(sigma_Y, eta, h));
-            EXPECT_EQ(lanes.yields[lane] != 0, scalar.yields);
-            EXPECT_TRUE(same_bits(lanes.norm[lane], scalar.norm)) << trial[lane] << ' ' << h << ' ' << sigma_Y << ' ' << eta;
-            EXPECT_TRUE(same_bits(lanes.rate[lane], scalar.rate)) << trial[lane] << ' ' << h << ' ' << sigma_Y << ' ' << eta;
-            if (!std::isnan(trial[lane])) {
-              EXPECT_TRUE(std::isfinite(scalar.norm));
+        const auto table = make_overstress_table(eta, h);
+        for (const double dt : {1e-4, 1e-200, 1e3}) {
+          for (std::size_t first = 0; first < trial_norms.size(); ++first) {
+            FlowRule flow = rule(sigma_Y, eta, h);
+            flow.table = first % 2 == 0 ? table.get() : nullptr;
+            Pack trial, mean;
+            for (int lane = 0; lane < n_lanes; ++lane) {
+              trial[lane] = trial_norms[(first + 3 * static_cast<std::size_t>(lane)) % trial_norms.size()];
+              mean[lane] = 1.0 + 0.1 * lane;
+            }
+            const auto lanes = flow_return(trial, 290.0, mean, dt, flow);
+            for (int lane = 0; lane < n_lanes; ++lane) {
+              const auto scalar = flow_return(double{trial[lane]}, 290.0, double{mean[lane]}, dt, flow);
+              const auto about = testing::Message()
+                                 << trial[lane] << ' ' << h << ' ' << sigma_Y << ' ' << eta << ' ' << dt << ' ' << first;
+              EXPECT_EQ(lanes.yields[lane] != 0, scalar.yields) << about;
+              EXPECT_TRUE(same_bits(lanes.norm[lane], scalar.norm)) << about;
+              EXPECT_TRUE(same_bits(lanes.ratio[lane], scalar.ratio)) << about;
+              EXPECT_TRUE(same_bits(lanes.rate[lane], scalar.rate)) << about;
+              EXPECT_TRUE(std::isnan(trial[lane]) || std::isfinite(scalar.norm)) << about;
             }
           }
         }
@@ -258,20 +314,18 @@ TEST(ReturnMap, EachLaneIsTheScalarResultWhateverItsNeighbours) {
 }
 
 TEST(ReturnMap, IsochoricMeanOfEachLaneIsTheScalarResult) {
-  SymTensor<Pack> e;
-  Pack upper;
+  Pack J2, J3, upper;
   for (int lane = 0; lane < n_lanes; ++lane) {
     const double size = std::pow(10.0, lane - 6);
-    const double values[6] = {size, -0.4 * size, -0.6 * size, 0.3 * size, -0.2 * size, 0.1 * size};
-    for (int c = 0; c < 6; ++c) e.c[c][lane] = values[c];
+    const SymTensor<double> e{{size, -0.4 * size, -0.6 * size, 0.3 * size, -0.2 * size, 0.1 * size}};
+    J2[lane] = 0.5 * norm_squared(e);
+    J3[lane] = determinant(e);
     upper[lane] = 1.0 + 3.0 * size;
   }
-  const Pack x = isochoric_mean(e, upper, upper == upper);
-  for (int lane = 0; lane < n_lanes; ++lane) {
-    SymTensor<double> one;
-    for (int c = 0; c < 6; ++c) one.c[c] = e.c[c][lane];
-    EXPECT_TRUE(same_bits(x[lane], isochoric_mean(one, double{upper[lane]}, true))) << lane;
-  }
+  const Pack x = bulkley::isochoric_mean(J2, J3, upper, upper == upper);
+  for (int lane = 0; lane < n_lanes; ++lane)
+    EXPECT_TRUE(same_bits(x[lane], bulkley::isochoric_mean(double{J2[lane]}, double{J3[lane]}, double{upper[lane]}, true)))
+        << lane;
 }
 
 }  // namespace
