@@ -4,7 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <exception>
-#include <limits>
+#include <numeric>
 #include <thread>
 
 #include "bench_machine.hpp"
@@ -82,18 +82,8 @@ std::vector<std::vector<double>> time_in_turn(int n_rounds, const std::vector<Bl
   return seconds;
 }
 
-double median(std::vector<double> values) {
-  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-  std::sort(values.begin(), values.end());
-  const std::size_t half = values.size() / 2;
-  return values.size() % 2 == 1 ? values[half] : 0.5 * (values[half - 1] + values[half]);
-}
-
-double median_ratio(const std::vector<double>& numerator, const std::vector<double>& denominator) {
-  std::vector<double> ratios;
-  for (std::size_t r = 0; r < std::min(numerator.size(), denominator.size()); ++r)
-    ratios.push_back(numerator[r] / denominator[r]);
-  return median(std::move(ratios));
+double mean(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
 double on_root_alone(const Comm& comm, const Block& work) {
@@ -175,14 +165,14 @@ BenchResult run_bench(const Comm& comm, const BenchCase& what, const BenchEffort
 
   BenchResult result = facts_of(comm, what, run);
   result.bytes_per_particle = static_cast<double>(sum_global(comm, occupied)) / n;
-  result.ns = median(seconds[0]) * run.scale();
+  result.ns = mean(seconds[0]) * run.scale();
   if (effort.naive) {
-    result.naive_ns = median(seconds[1]) / n * 1e9;
-    result.ratio_to_naive = median_ratio(seconds[0], seconds[1]) * comm.size();
+    result.naive_ns = mean(seconds[1]) / n * 1e9;
+    result.ratio_to_naive = mean(seconds[0]) / mean(seconds[1]) * comm.size();
   }
   if (with_one_rank) {
-    result.one_rank_ns = median(seconds.back()) / n * 1e9;
-    result.throughput_ratio = median_ratio(seconds.back(), seconds[0]);
+    result.one_rank_ns = mean(seconds.back()) / n * 1e9;
+    result.throughput_ratio = mean(seconds.back()) / mean(seconds[0]);
   }
   return result;
 }

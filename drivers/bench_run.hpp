@@ -13,7 +13,7 @@
 
 namespace bulkley {
 
-/// Steps of one timed block: a multiple of the interval between sorts, so that every block holds as many sorts as another.
+/// Steps of one timed block.
 inline constexpr int block_steps = 16;
 
 /// A solver on its way through a scene of the bench.
@@ -54,9 +54,8 @@ using Block = std::function<double()>;
 /// Collective.
 std::vector<std::vector<double>> time_in_turn(int n_rounds, const std::vector<Block>& blocks);
 
-double median(std::vector<double> values);
-/// Median over the rounds of `numerator` over `denominator`: slow rounds of a busy machine fall on both.
-double median_ratio(const std::vector<double>& numerator, const std::vector<double>& denominator);
+/// Of the rounds of one contestant. Sorts and rebuilds come irregularly: a median would count them too often or not at all.
+double mean(const std::vector<double>& values);
 
 /// Runs `work` on the root while the other ranks sleep, so that they take no part of the machine; its result on the root.
 /// Collective; throws what `work` throws, alike on every rank.
@@ -67,7 +66,7 @@ struct BenchResult {
   static constexpr double undefined = std::numeric_limits<double>::quiet_NaN();
   GlobalIndex n_particles = 0;
   int n_ranks = 1;
-  double ns = undefined;        ///< per particle, step and rank; median of blocks
+  double ns = undefined;        ///< per particle, step and rank; mean of blocks
   double naive_ns = undefined;  ///< per particle and step of the naive kernel
   double ratio_to_naive = undefined;
   double one_rank_ns = undefined;       ///< of one rank with all particles
@@ -79,7 +78,7 @@ struct BenchResult {
   double mach_number = undefined;
   double bytes_per_particle = undefined;           ///< that all ranks came to occupy beyond the empty program
   double forecast_bytes_per_particle = undefined;  ///< the same foretold from the scene alone
-  double exchange_bytes_per_step = undefined;      ///< that the busiest rank sends and receives
+  double exchange_bytes_per_step = undefined;      ///< that the busiest rank sends
   GlobalIndex exchange_messages_per_step = 0;      ///< likewise
 };
 

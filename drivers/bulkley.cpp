@@ -8,7 +8,6 @@
 
 #include "bench_child.hpp"
 #include "bulkley/base/petsc.hpp"
-#include "bulkley/base/signals.hpp"
 #include "bulkley/config/nearest.hpp"
 #include "commands.hpp"
 #include "version.hpp"
@@ -117,7 +116,6 @@ int main(int argc, char** argv) {
     return static_cast<int>(ExitCode::failed);
   }
   install_assert_handler();
-  watch_signals();
   ExitCode code;
   {
     const Comm comm(MPI_COMM_WORLD);

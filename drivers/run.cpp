@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "bulkley/base/signals.hpp"
 #include "bulkley/config/duration.hpp"
 #include "bulkley/simulation.hpp"
 #include "commands.hpp"
@@ -34,6 +35,7 @@ Command add_run(CLI::App& app) {
   app.add_flag("--overwrite", a->options.overwrite, "delete an earlier run in the output folder");
   app.add_flag("--quiet", a->options.quiet, "no progress lines");
   return [a](const Comm& comm) {
+    watch_signals();
     RunOptions options = a->options;
     if (options.folder.empty()) options.folder = "out/" + std::filesystem::path(a->scene.file).stem().string();
     options.restart = a->restart->count() > 0;

@@ -57,7 +57,7 @@ def main():
 
     two = bench(2, "--no-naive")
     expect(two, two["ranks"] == 2 and two["throughput_ratio"] > 0.0, "two ranks are not compared with one")
-    expect(two, two["exchange_bytes_per_step"] > 0 and two["exchange_messages_per_step"] == 2, "no nodes are exchanged")
+    expect(two, two["exchange_bytes_per_step"] > 0 and two["exchange_messages_per_step"] in (1, 2), "no nodes are exchanged")
     alone = bench(2, "--no-naive", "--no-one-rank")
     expect(alone, alone["throughput_ratio"] is None, "the run on one rank was not left out")
 
