@@ -1,6 +1,7 @@
 #include "bulkley/kernel/stress_update.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <limits>
 
@@ -13,27 +14,27 @@ namespace {
 
 // Per-lane extremes: branch-free in the loop, merged over lanes once.
 struct LaneExtremes {
-  Pack wave_speed{};
+  Pack wave_speed_squared{};
   PackMask wave_speed_id = PackMask{} - 1;
-  Pack stress_volume{};
+  Pack stress_volume_squared{};
   Pack smallest_volume_ratio = broadcast<Pack>(std::numeric_limits<double>::infinity());
   Pack largest_volume_ratio{};
 
-  void include(PackMask valid, Pack speed, PackMask id, Pack stress, Pack J) {
+  void include(PackMask valid, Pack speed_squared, PackMask id, Pack stress_squared, Pack J) {
     // Equal speeds: the smallest id wins, as in Extreme.
-    const PackMask wins =
-        valid & ((speed > wave_speed) | ((speed == wave_speed) & ((wave_speed_id < 0) | (id < wave_speed_id))));
-    wave_speed = select(wins, speed, wave_speed);
+    const PackMask wins = valid & ((speed_squared > wave_speed_squared) |
+                                   ((speed_squared == wave_speed_squared) & ((wave_speed_id < 0) | (id < wave_speed_id))));
+    wave_speed_squared = select(wins, speed_squared, wave_speed_squared);
     wave_speed_id = wins ? id : wave_speed_id;
-    stress_volume = select(valid & (stress > stress_volume), stress, stress_volume);
+    stress_volume_squared = select(valid & (stress_squared > stress_volume_squared), stress_squared, stress_volume_squared);
     smallest_volume_ratio = select(valid & (J < smallest_volume_ratio), J, smallest_volume_ratio);
     largest_volume_ratio = select(valid & (J > largest_volume_ratio), J, largest_volume_ratio);
   }
 
   void merge_into(StepBounds& bounds) const {
     for (int lane = 0; lane < n_lanes; ++lane) {
-      if (wave_speed_id[lane] >= 0) bounds.wave_speed.include(wave_speed[lane], wave_speed_id[lane]);
-      bounds.stress_volume = std::max(bounds.stress_volume, stress_volume[lane]);
+      if (wave_speed_id[lane] >= 0) bounds.wave_speed.include(std::sqrt(wave_speed_squared[lane]), wave_speed_id[lane]);
+      bounds.stress_volume = std::max(bounds.stress_volume, std::sqrt(stress_volume_squared[lane]));
       bounds.smallest_volume_ratio = std::min(bounds.smallest_volume_ratio, smallest_volume_ratio[lane]);
       bounds.largest_volume_ratio = std::max(bounds.largest_volume_ratio, largest_volume_ratio[lane]);
     }
@@ -138,8 +139,9 @@ template <class Law>
       put(plastic_dissipation, plastic_dissipation(p) + result.dissipation);
     }
 
-    extremes.include(valid, square_root(law.wave_speed_squared(state)), ids,
-                     reference_volume(p) * square_root(norm_squared(result.kirchhoff_stress)), state.volume_ratio);
+    const Pack volume = reference_volume(p);
+    extremes.include(valid, law.wave_speed_squared(state), ids, (volume * volume) * norm_squared(result.kirchhoff_stress),
+                     state.volume_ratio);
   }
   extremes.merge_into(bounds);
 }
