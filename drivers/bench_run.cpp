@@ -63,9 +63,7 @@ std::vector<std::pair<std::string, double>> BenchRun::phases() const {
 }
 
 double BenchRun::sorts_per_step() const {
-  for (const PhaseTimes::Entry& entry : solver_->times().entries)
-    if (entry.name == "sort") return static_cast<double>(entry.n_calls) / static_cast<double>(n_steps_);
-  return 0.0;
+  return static_cast<double>(solver_->times().n_calls("sort")) / static_cast<double>(n_steps_);
 }
 
 double BenchRun::yielded_fraction() const {

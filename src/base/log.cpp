@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstring>
 #include <map>
+#include <sstream>
 
 #include "bulkley/base/petsc.hpp"
 
@@ -90,6 +91,12 @@ double PhaseTimes::seconds(std::string_view name) const {
   return 0.0;
 }
 
+GlobalIndex PhaseTimes::n_calls(std::string_view name) const {
+  for (const Entry& entry : entries)
+    if (entry.name == name) return entry.n_calls;
+  return 0;
+}
+
 Phase::Phase(PhaseTimes& times, std::string_view name) : times_(times), index_(0) {
   auto& entries = times.entries;
   while (index_ < entries.size() && entries[index_].name != name) ++index_;
@@ -108,16 +115,31 @@ Phase::~Phase() {
   BULKLEY_PETSC(PetscLogEventEnd(entry.event, 0, 0, 0, 0));
 }
 
+namespace {
+
+// The phases that any rank ran, in the order of first use on the lowest rank that ran them, alike on every rank.
+std::vector<std::string> names_on_any_rank(const Comm& comm, const PhaseTimes& times) {
+  std::string mine;
+  for (const PhaseTimes::Entry& entry : times.entries) mine += entry.name + '\n';
+  std::istringstream all(broadcast_text(comm, gather_text(comm, mine)));
+  std::vector<std::string> names;
+  for (std::string name; std::getline(all, name);)
+    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  return names;
+}
+
+}  // namespace
+
 std::vector<PhaseSummary> summarize(const Comm& comm, const PhaseTimes& times) {
-  const int n = static_cast<int>(times.entries.size());
+  const std::vector<std::string> names = names_on_any_rank(comm, times);
+  const int n = static_cast<int>(names.size());
   std::vector<double> mine(n), smallest(n), sum(n), largest(n);
-  for (int i = 0; i < n; ++i) mine[i] = times.entries[i].seconds;
+  std::vector<PhaseSummary> result(n);
+  for (int i = 0; i < n; ++i) mine[i] = times.seconds(names[i]);
   BULKLEY_MPI(MPI_Allreduce(mine.data(), smallest.data(), n, MPI_DOUBLE, MPI_MIN, comm.get()));
   BULKLEY_MPI(MPI_Allreduce(mine.data(), sum.data(), n, MPI_DOUBLE, MPI_SUM, comm.get()));
   BULKLEY_MPI(MPI_Allreduce(mine.data(), largest.data(), n, MPI_DOUBLE, MPI_MAX, comm.get()));
-  std::vector<PhaseSummary> result(n);
-  for (int i = 0; i < n; ++i)
-    result[i] = {times.entries[i].name, times.entries[i].n_calls, smallest[i], sum[i] / comm.size(), largest[i]};
+  for (int i = 0; i < n; ++i) result[i] = {names[i], times.n_calls(names[i]), smallest[i], sum[i] / comm.size(), largest[i]};
   return result;
 }
 

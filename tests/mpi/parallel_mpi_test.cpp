@@ -191,5 +191,25 @@ TEST_F(Parallel, PhasesAccumulate) {
   }
 }
 
+TEST_F(Parallel, PhasesOfSomeRanksAreSummarizedByName) {
+  // Every rank runs two of three phases, in an order of its own.
+  PhaseTimes times;
+  const char* const names[3] = {"first", "second", "third"};
+  const int left_out = comm.rank() % 3;
+  for (int n = 2; n >= 1; --n) {
+    const Phase phase(times, names[(left_out + n) % 3]);
+    for (const double start = MPI_Wtime(); MPI_Wtime() - start < 0.001;) {
+    }
+  }
+  const std::vector<PhaseSummary> summary = summarize(comm, times);
+  EXPECT_EQ(summary.size(), comm.size() == 1 ? 2u : 3u);
+  for (const PhaseSummary& phase : summary) {
+    EXPECT_EQ(phase.n_calls, phase.name == names[left_out] ? 0 : 1) << phase.name;
+    EXPECT_GE(phase.largest, 0.001) << phase.name;
+    EXPECT_GE(phase.largest, times.seconds(phase.name)) << phase.name;
+    EXPECT_LE(phase.smallest, times.seconds(phase.name)) << phase.name;
+  }
+}
+
 }  // namespace
 }  // namespace bulkley

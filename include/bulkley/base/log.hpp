@@ -42,6 +42,7 @@ struct PhaseTimes {
 
   /// Seconds so far in the phase, 0 if it never ran.
   double seconds(std::string_view name) const;
+  GlobalIndex n_calls(std::string_view name) const;
 };
 
 /// From construction to destruction, this rank is in phase `name`: adds to `times` and to PETSc's event of that name.
@@ -62,12 +63,12 @@ class Phase {
 /// One phase over all ranks, s.
 struct PhaseSummary {
   std::string name;
-  GlobalIndex n_calls = 0;  ///< of the root
+  GlobalIndex n_calls = 0;  ///< of this rank
   double smallest = 0.0, mean = 0.0, largest = 0.0;
 };
 
-/// Smallest, mean and largest time over the ranks. Precondition: every rank ran the same phases in the same order of first
-/// use. Collective.
+/// Smallest, mean and largest time over the ranks of every phase that any rank ran; a rank that did not run it spent no time
+/// in it. Collective.
 std::vector<PhaseSummary> summarize(const Comm& comm, const PhaseTimes& times);
 
 }  // namespace bulkley
