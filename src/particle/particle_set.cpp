@@ -58,8 +58,7 @@ void ParticleSet::reserve(LocalIndex count) {
     std::byte* start = fresh.get() + c * stagger;
     const std::size_t used = static_cast<std::size_t>(size_) * columns_[c].element_size;
     if (used > 0) std::memcpy(start, data_[c], used);
-    const std::size_t usable = (static_cast<std::size_t>(capacity_) + padding) * columns_[c].element_size;
-    std::memset(start + used, 0, usable - used);
+    std::memset(start + used, 0, padding * columns_[c].element_size);
     buffers_[c] = std::move(fresh);
     data_[c] = start;
   }
@@ -68,11 +67,14 @@ void ParticleSet::reserve(LocalIndex count) {
 }
 
 void ParticleSet::resize(LocalIndex new_size) {
-  if (new_size > capacity_) reserve(std::max<LocalIndex>(new_size, capacity_ + capacity_ / 8));
+  // Room for arrivals to come: memory that nobody has written to is not occupied.
+  if (new_size > capacity_)
+    reserve(static_cast<LocalIndex>(
+        std::min<GlobalIndex>(new_size + GlobalIndex{new_size} / 8, std::numeric_limits<LocalIndex>::max() - padding)));
   for (std::size_t c = 0; c < columns_.size(); ++c) {
     const std::size_t element = columns_[c].element_size;
     const LocalIndex from = std::min(size_, new_size);
-    const LocalIndex to = std::max(size_, new_size);
+    const LocalIndex to = std::max(size_, new_size) + padding;
     std::memset(data_[c] + static_cast<std::size_t>(from) * element, 0, static_cast<std::size_t>(to - from) * element);
   }
   size_ = new_size;
