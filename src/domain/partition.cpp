@@ -186,11 +186,13 @@ GlobalIndex cut_surface(const GridGeometry& grid, const Int3& n_ranks) {
   return surface;
 }
 
+// Many parts along x and few along z come first, and are taken when all else is equal: what falls and spreads on a floor moves
+// from rank to rank where z is cut, and the balance is lost.
 std::vector<Candidate> candidates(const GridGeometry& grid, const LoadTable& table, PartitionMethod method, int n_ranks) {
   std::vector<Candidate> result;
-  for (int px = 1; px <= n_ranks; ++px) {
+  for (int px = n_ranks; px >= 1; --px) {
     if (n_ranks % px != 0 || px > table.n_tiles()[0]) continue;
-    for (int py = 1; py <= n_ranks / px; ++py) {
+    for (int py = n_ranks / px; py >= 1; --py) {
       const int pz = n_ranks / px / py;
       if (n_ranks / px % py != 0 || py > table.n_tiles()[1] || pz > table.n_tiles()[2]) continue;
       Candidate c;

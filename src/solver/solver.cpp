@@ -175,6 +175,8 @@ void Solver::settle(StepBounds& local) {
     place({}, local);
   }
   send_strays(local);
+  n_jumps_ += map_.n_jumps;
+  local.needs_sort = n_jumps_ > jumps_per_sort * particles_.size();
   local.cell_count = map_.largest_count();
   local.n_particles = local.largest_share = particles_.size();
   {
@@ -183,8 +185,7 @@ void Solver::settle(StepBounds& local) {
   }
   if (bounds_.failed()) return;
   if (bounds_.needs_rebuild || !exchange_) rebuild();
-  n_jumps_ += map_.n_jumps;
-  if (n_jumps_ >= jumps_per_sort * particles_.size()) {
+  if (bounds_.needs_sort) {
     const Phase phase(times_, "sort");
     sort_particles(particles_, map_);
     n_jumps_ = 0;

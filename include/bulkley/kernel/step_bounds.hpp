@@ -49,6 +49,7 @@ struct StepBounds {
   GlobalIndex failed_id = std::numeric_limits<GlobalIndex>::max();  ///< smallest id among the failures
   // Requests
   std::int32_t needs_rebuild = 0;  ///< a particle entered a tile that the pools do not hold
+  std::int32_t needs_sort = 0;     ///< a rank's particles have lost their order; all sort together, for all would wait
   std::int32_t stop_request = 0;   ///< signal or wall time, see Simulation
 
   bool failed() const { return n_not_finite + n_inverted + n_escaped > 0; }
@@ -72,6 +73,7 @@ struct StepBounds {
     n_escaped += other.n_escaped;
     failed_id = std::min(failed_id, other.failed_id);
     needs_rebuild = std::max(needs_rebuild, other.needs_rebuild);
+    needs_sort = std::max(needs_sort, other.needs_sort);
     stop_request = std::max(stop_request, other.stop_request);
   }
 };
