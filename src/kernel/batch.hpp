@@ -2,6 +2,7 @@
 // Shared by p2g and g2p: particles are processed in batches, first lane-parallel (one pack a time: weights and per-particle
 // algebra), then particle by particle with one 4-wide vector {x, y, z, mass} per node.
 
+#include <cmath>
 #include <cstring>
 
 #include "bulkley/base/pack.hpp"
@@ -158,6 +159,13 @@ inline void load_rows(const Quad* from, std::ptrdiff_t stride, Pack (&row)[3]) {
     cut[2].part[part] = __builtin_shufflevector(xz01, xz23, 2, 3, 6, 7);
   }
   std::memcpy(row, cut, sizeof row);
+}
+
+/// Merges the roots of the first `n` lanes of `squared` into `extreme`. Reads ids only where a lane may win.
+inline void include_lanes(Extreme& extreme, Pack squared, const GlobalIndex* id, int n) {
+  const double level = extreme.value * extreme.value * (1.0 - 1e-15);  // lets ties through: the smallest id must win them
+  if (!any(squared >= level)) return;
+  for (int lane = 0; lane < n; ++lane) extreme.include(std::sqrt(squared[lane]), id[lane]);
 }
 
 /// Calls `function` with the spline order as a compile-time constant.

@@ -112,13 +112,6 @@ void gather(const LocalIndex* row_offsets, const Node* velocity, std::ptrdiff_t 
   if constexpr (changes) batch.change[b] = h;
 }
 
-// Largest value of a pack, remembered with the particle's id. Only the `n` first lanes count.
-void include_lanes(Extreme& extreme, Pack squared, const GlobalIndex* id, int n) {
-  const double level = extreme.value * extreme.value * (1.0 - 1e-15);  // lets ties through: the smallest id must win them
-  if (!any(squared >= level)) return;
-  for (int lane = 0; lane < n; ++lane) extreme.include(std::sqrt(squared[lane]), id[lane]);
-}
-
 template <int size>
 Pack squares(const Pack (&values)[size]) {
   Pack sum = values[0] * values[0];

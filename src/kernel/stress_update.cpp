@@ -12,28 +12,23 @@ namespace bulkley {
 
 namespace {
 
-// Per-lane extremes: branch-free in the loop, merged over lanes once.
+// Per-lane extremes, merged over lanes once.
 struct LaneExtremes {
-  Pack wave_speed_squared{};
-  PackMask wave_speed_id = PackMask{} - 1;
+  Extreme wave_speed;
   Pack stress_volume_squared{};
   Pack smallest_volume_ratio = broadcast<Pack>(std::numeric_limits<double>::infinity());
   Pack largest_volume_ratio{};
 
-  void include(PackMask valid, Pack speed_squared, PackMask id, Pack stress_squared, Pack J) {
-    // Equal speeds: the smallest id wins, as in Extreme.
-    const PackMask wins = valid & ((speed_squared > wave_speed_squared) |
-                                   ((speed_squared == wave_speed_squared) & ((wave_speed_id < 0) | (id < wave_speed_id))));
-    wave_speed_squared = select(wins, speed_squared, wave_speed_squared);
-    wave_speed_id = wins ? id : wave_speed_id;
+  void include(PackMask valid, Pack speed_squared, const GlobalIndex* id, Pack stress_squared, Pack J) {
+    include_lanes(wave_speed, select(valid, speed_squared, broadcast<Pack>(-1.0)), id, n_lanes);
     stress_volume_squared = select(valid & (stress_squared > stress_volume_squared), stress_squared, stress_volume_squared);
     smallest_volume_ratio = select(valid & (J < smallest_volume_ratio), J, smallest_volume_ratio);
     largest_volume_ratio = select(valid & (J > largest_volume_ratio), J, largest_volume_ratio);
   }
 
   void merge_into(StepBounds& bounds) const {
+    bounds.wave_speed.include(wave_speed);
     for (int lane = 0; lane < n_lanes; ++lane) {
-      if (wave_speed_id[lane] >= 0) bounds.wave_speed.include(std::sqrt(wave_speed_squared[lane]), wave_speed_id[lane]);
       bounds.stress_volume = std::max(bounds.stress_volume, std::sqrt(stress_volume_squared[lane]));
       bounds.smallest_volume_ratio = std::min(bounds.smallest_volume_ratio, smallest_volume_ratio[lane]);
       bounds.largest_volume_ratio = std::max(bounds.largest_volume_ratio, largest_volume_ratio[lane]);
@@ -55,12 +50,6 @@ PackMask lane_numbers() {
   return lane;
 }
 
-PackMask load_ids(const GlobalIndex* id) {
-  PackMask ids;
-  std::memcpy(&ids, id, sizeof ids);
-  return ids;
-}
-
 // A sum of absolute values is finite only if every addend is.
 PackMask is_finite(const State<Pack>& state, const Update<Pack>& result) {
   Pack sum = state.volume_ratio + result.plastic_shear_rate + result.dissipation;
@@ -68,11 +57,11 @@ PackMask is_finite(const State<Pack>& state, const Update<Pack>& result) {
   return absolute(sum) < broadcast<Pack>(std::numeric_limits<double>::infinity());
 }
 
-void count_failures(PackMask inverted, PackMask not_finite, PackMask ids, StepBounds& bounds) {
+void count_failures(PackMask inverted, PackMask not_finite, const GlobalIndex* id, StepBounds& bounds) {
   for (int lane = 0; lane < n_lanes; ++lane) {
     bounds.n_inverted -= inverted[lane];
     bounds.n_not_finite -= not_finite[lane];
-    if (inverted[lane] | not_finite[lane]) bounds.failed_id = std::min<GlobalIndex>(bounds.failed_id, ids[lane]);
+    if (inverted[lane] | not_finite[lane]) bounds.failed_id = std::min(bounds.failed_id, id[lane]);
   }
 }
 
@@ -101,7 +90,6 @@ template <class Law>
     kirchhoff_stress.prefetch(p + prefetch_distance);
     volume_ratio.prefetch(p + prefetch_distance);
     reference_volume.prefetch(p + prefetch_distance);
-    __builtin_prefetch(id + p + prefetch_distance);
     if constexpr (Law::flows) {
       plastic_shear_rate.prefetch(p + prefetch_distance);
       plastic_dissipation.prefetch(p + prefetch_distance);
@@ -122,10 +110,9 @@ template <class Law>
 
     const Update<Pack> result = law.update(state, L, dt);
 
-    const PackMask ids = load_ids(id + p);
     const PackMask not_finite = mine & ~inverted & ~is_finite(state, result);
     const PackMask valid = mine & ~inverted & ~not_finite;
-    if (any(inverted | not_finite)) count_failures(inverted, not_finite, ids, bounds);
+    if (any(inverted | not_finite)) count_failures(inverted, not_finite, id + p, bounds);
 
     // Other particles keep their values.
     const auto put = [&](const auto& columns, Pack value, int c = 0) {
@@ -140,7 +127,7 @@ template <class Law>
     }
 
     const Pack volume = reference_volume(p);
-    extremes.include(valid, law.wave_speed_squared(state), ids, (volume * volume) * norm_squared(result.kirchhoff_stress),
+    extremes.include(valid, law.wave_speed_squared(state), id + p, (volume * volume) * norm_squared(result.kirchhoff_stress),
                      state.volume_ratio);
   }
   extremes.merge_into(bounds);

@@ -15,7 +15,7 @@ namespace {
 // Particles drift out of cell order slowly. A physical sort costs about as much as the nodes of another tile for every
 // particle, so it pays off once that many jumps from tile to tile have been made since the last one. It never changes a
 // result.
-constexpr GlobalIndex jumps_per_sort = 4;  // per particle
+constexpr GlobalIndex jumps_per_sort = 8;  // per particle
 
 // Particles are advanced in blocks whose columns stay in the second-level cache from one kernel to the next.
 constexpr LocalIndex block_size = 1024;
