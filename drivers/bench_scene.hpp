@@ -22,7 +22,7 @@ inline constexpr double bench_mach_number = 0.25;    ///< speed of the fastest p
 /// Cells along an edge of the ball's box.
 int cells_along_box(const BenchCase& what);
 
-/// The ball, eight particles a cell, in the middle of its box or of a larger domain. The fastest particle moves at Mach
+/// The ball, eight particles a cell, in the middle of its box or of a larger domain, but for two cells at most. The fastest particle moves at Mach
 /// bench_mach_number: 0.98 of that speed is shear, at the rim, and 0.2 is fall. Throws UsageError. Not collective.
 Scene bench_scene(const BenchCase& what);
 
