@@ -90,8 +90,8 @@ inline Place place_of(const CellFrame& frame, const Int3& n_tiles, Pack x, Pack 
 
 }  // namespace
 
-[[gnu::flatten]] void confine(const GridGeometry& grid, const Faces& faces, ParticleSet& particles, std::vector<LocalIndex>& removed,
-             StepBounds& bounds, ParticleBlock block) {
+[[gnu::flatten]] void confine(const GridGeometry& grid, const Faces& faces, ParticleSet& particles,
+                              std::vector<LocalIndex>& removed, StepBounds& bounds, ParticleBlock block) {
   double* const x[3] = {particles.real(Field::position, 0), particles.real(Field::position, 1),
                         particles.real(Field::position, 2)};
   const Vec3 lower = grid.lower, upper = grid.upper();
@@ -118,8 +118,8 @@ void CellMap::resize(LocalIndex n_particles) {
 
 LocalIndex CellMap::largest_count() const { return count.empty() ? 0 : *std::max_element(count.begin(), count.end()); }
 
-[[gnu::flatten]] void locate(const GridGeometry& grid, const PoolLayout& layout, const ParticleSet& particles,
-                             CellMap& map, std::vector<Stray>& strays, ParticleBlock block) {
+[[gnu::flatten]] void locate(const GridGeometry& grid, const PoolLayout& layout, const ParticleSet& particles, CellMap& map,
+                             std::vector<Stray>& strays, ParticleBlock block) {
   const CellFrame frame(grid);
   const Int3 n_tiles{grid.n_tiles(0), grid.n_tiles(1), grid.n_tiles(2)};
   const double* const x[3] = {particles.real(Field::position, 0), particles.real(Field::position, 1),

@@ -17,7 +17,7 @@ namespace {
 template <SplineOrder order>
 struct Batch {
   static constexpr int s = stencil_width(order);
-  Pack distance[3][batch_size / n_lanes];    // of the particle above its base node, in cells
+  Pack distance[3][batch_size / n_lanes];  // of the particle above its base node, in cells
   alignas(64) double w[3][s][batch_size];
   alignas(64) double d[3][s][batch_size];  // dw/dxi
   alignas(64) Quad velocity[batch_size];
@@ -149,8 +149,7 @@ Motion motion_of(const Arguments& arg, int b, const Batch<order>& batch) {
       load_rows(&batch.moment[b][c], 3, column);
       const Pack distance = batch.distance[c][b / n_lanes] - 1.0;  // above node 1
       for (int r = 0; r < 3; ++r)
-        motion.affine[3 * r + c] =
-            (column[r] - distance * motion.velocity[r]) * (inverse_second_moment(order) * inverse_dx);
+        motion.affine[3 * r + c] = (column[r] - distance * motion.velocity[r]) * (inverse_second_moment(order) * inverse_dx);
     }
     if constexpr (gradients) {
       load_rows(&batch.gradient[b][c], 3, column);
@@ -165,8 +164,8 @@ Motion motion_of(const Arguments& arg, int b, const Batch<order>& batch) {
       const Motion whole = motion;
       for (int r = 0; r < 3; ++r)
         for (int c = 0; c < 3; ++c)
-          motion.affine[3 * r + c] = (1.0 - zeta) * whole.affine[3 * r + c] +
-                                     (0.5 * zeta) * (whole.affine[3 * r + c] - whole.affine[3 * c + r]);
+          motion.affine[3 * r + c] =
+              (1.0 - zeta) * whole.affine[3 * r + c] + (0.5 * zeta) * (whole.affine[3 * r + c] - whole.affine[3 * c + r]);
     }
   }
   return motion;
@@ -184,7 +183,8 @@ template <SplineOrder order, bool moments, bool gradients, bool changes, class V
     position.prefetch(first + prefetch_distance);
     for (int b = 0; b < size; b += n_lanes) prepare<order, gradients>(arg.frame, position, first + b, b, batch);
     for (int b = 0; b < size; ++b)
-      gather<order, moments, gradients, changes>(arg.row_offsets, arg.velocity, arg.change_offset, arg.cell[first + b], b, batch);
+      gather<order, moments, gradients, changes>(arg.row_offsets, arg.velocity, arg.change_offset, arg.cell[first + b], b,
+                                                 batch);
     for (int b = 0; b < size; b += n_lanes) visit(first + b, b, std::min(n_lanes, size - b), batch);
   }
 }
@@ -238,8 +238,7 @@ class Update {
     const Pack speed_squared = squares(motion.velocity);
     Pack reach = square_root(speed_squared);
     if constexpr (moments)
-      if (arg_.transfer.affine())
-        reach += square_root(squares(motion.affine)) * (moment_sum_ratio(order) * arg_.cell_size);
+      if (arg_.transfer.affine()) reach += square_root(squares(motion.affine)) * (moment_sum_ratio(order) * arg_.cell_size);
     include_lanes(speed_, speed_squared, id_ + p, n);
     include_lanes(velocity_gradient_extreme_, squares(motion.gradient), id_ + p, n);
     // Lanes past the end hold no particle and no mass.
@@ -281,7 +280,10 @@ void g2p(const GridGeometry& grid, const TransferSettings& transfer, const PoolL
          const Node* velocity, const Node* change, ParticleSet& particles, StepBounds& bounds, ParticleBlock block) {
   BULKLEY_ASSERT(transfer.needs_velocity_gradient() == particles.has(Field::velocity_gradient));
   const bool changes = transfer.flip_fraction() > 0.0;
-  const Arguments arg{CellFrame(grid), grid.cell_size, transfer, layout.row_offsets().data(), map.cell.data(), dt, velocity, changes ? offset_between(velocity, change) : 0};
+  const Arguments arg{CellFrame(grid), grid.cell_size,
+                      transfer,        layout.row_offsets().data(),
+                      map.cell.data(), dt,
+                      velocity,        changes ? offset_between(velocity, change) : 0};
   with_sums(grid, transfer, [&](auto order, auto moments, auto gradients) {
     changes ? update_all<order(), moments(), gradients(), true>(arg, particles, block, bounds)
             : update_all<order(), moments(), gradients(), false>(arg, particles, block, bounds);
@@ -290,7 +292,8 @@ void g2p(const GridGeometry& grid, const TransferSettings& transfer, const PoolL
 
 void measure_motion(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const CellMap& map,
                     const Node* velocity, const ParticleSet& particles, StepBounds& bounds) {
-  const Arguments arg{CellFrame(grid), grid.cell_size, transfer, layout.row_offsets().data(), map.cell.data(), 0.0, velocity, 0};
+  const Arguments arg{
+      CellFrame(grid), grid.cell_size, transfer, layout.row_offsets().data(), map.cell.data(), 0.0, velocity, 0};
   const GlobalIndex* id = particles.id();
   with_sums(grid, transfer, [&](auto order, auto moments, auto gradients) {
     const auto visit = [&](LocalIndex p, int b, int n, const auto& batch) {

@@ -141,7 +141,7 @@ void scatter(const Arguments& arg, LocalIndex cell, int b, const Batch<order>& b
       } else if constexpr (split) {
         g = w * fj;
         gz = w * f[3];
-      } 
+      }
       const Quad qz = w * m[3];
 #pragma GCC unroll 4
       for (int k = 0; k < s; ++k) {
