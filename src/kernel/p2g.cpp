@@ -124,7 +124,8 @@ void scatter(const Arguments& arg, LocalIndex cell, int b, const Batch<order>& b
   const StencilRows<order, Node> pool(arg.row_offsets, cell, arg.pool);
   const Quad* const m = batch.momentum[b];
   const Quad* const f = batch.impulse[b];
-  Quad qi = m[0], fi = f[0];
+  Quad qi = m[0], fi{};
+  if constexpr (mls && split) fi = f[0];
 #pragma GCC unroll 4
   for (int i = 0; i < s; ++i) {
     Quad qj = qi, fj = fi;
@@ -133,8 +134,9 @@ void scatter(const Arguments& arg, LocalIndex cell, int b, const Batch<order>& b
       const double w = batch.wxy[i * s + j][b];
       Node* const to = pool(i, j);
       Node* const to_impulse = shifted(to, arg.impulse_offset);
-      Quad q = w * qj;
-      Quad g{}, gz{};
+      Quad q = w * qj, qz{};  // of momentum and mass: w_x w_y of node (i, j, 0), and its increment along z
+      Quad g{}, gz{};         // of the impulse: the same, or the parts of grad w that w_z and d_z multiply
+      if constexpr (!split) qz = w * m[3];
       if constexpr (!mls) {
         g = batch.dxy[0][i * s + j][b] * f[0] + batch.dxy[1][i * s + j][b] * f[1];
         gz = w * f[2];
@@ -142,7 +144,6 @@ void scatter(const Arguments& arg, LocalIndex cell, int b, const Batch<order>& b
         g = w * fj;
         gz = w * f[3];
       }
-      const Quad qz = w * m[3];
 #pragma GCC unroll 4
       for (int k = 0; k < s; ++k) {
         const double wz = batch.wz[k][b];
