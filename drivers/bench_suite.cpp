@@ -190,7 +190,6 @@ Row Suite::child_row(const std::string& part, const std::string& name, int n_ran
   if (const std::string obstacle = child_obstacle(n_ranks); !obstacle.empty())
     return row_without_value(part, name, "skipped", obstacle);
   if (!fits({n, material, {}, {1, 1, 1}}, n_ranks > 1 ? 2 : 1))  // on all ranks, and on one alone
-
     return row_without_value(part, name, "skipped", "it does not fit into the memory that is free");
   const double time_limit = 60.0 + 1e-5 * static_cast<double>(n) * n_steps;  // s; 10 us for a particle's step
   const ChildOutcome outcome = run_child_bench(

@@ -1,5 +1,5 @@
 #pragma once
-// Shared by p2g and g2p: particles are processed in batches, first lane-parallel (one pack a time: weights and per-particle
+// Shared by the kernels over particles. In p2g and g2p these are processed in batches, first lane-parallel (one pack a time: weights and per-particle
 // algebra), then particle by particle with one 4-wide vector {x, y, z, mass} per node.
 
 #include <cmath>

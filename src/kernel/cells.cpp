@@ -75,12 +75,11 @@ void store_integers(Pack values, std::int32_t (&to)[n_lanes]) {
   std::memcpy(to, &integers, sizeof to);
 }
 
-inline Place place_of(const CellFrame& frame, const Int3& n_tiles, Pack x, Pack y, Pack z) {
-  const Pack coordinate[3] = {x, y, z};
+inline Place place_of(const CellFrame& frame, const Int3& n_tiles, const FieldColumns<3>& position, LocalIndex first) {
   Place place{};
 #pragma GCC unroll 3
   for (int a = 0; a < 3; ++a) {
-    const Pack base = frame.base_node(a, coordinate[a]);
+    const Pack base = frame.base_node(a, position(first, a));
     const Pack tile = round_down(base * (1.0 / tile_width));
     place.tile = place.tile * static_cast<double>(n_tiles[a]) + tile;
     place.local = place.local * static_cast<double>(tile_width) + (base - tile * static_cast<double>(tile_width));
@@ -122,15 +121,14 @@ LocalIndex CellMap::largest_count() const { return count.empty() ? 0 : *std::max
                              std::vector<Stray>& strays, ParticleBlock block) {
   const CellFrame frame(grid);
   const Int3 n_tiles{grid.n_tiles(0), grid.n_tiles(1), grid.n_tiles(2)};
-  const double* const x[3] = {particles.real(Field::position, 0), particles.real(Field::position, 1),
-                              particles.real(Field::position, 2)};
+  const FieldColumns<3> position(particles, Field::position);
   LocalIndex* const cell = map.cell.data();
   LocalIndex* const count = map.count.data();
   const LocalIndex end = std::min(block.end, particles.size());
   TileIndex last_tile = -1;
   LocalIndex slot = -1, n_jumps = 0;
   for (LocalIndex first = block.begin; first < end; first += n_lanes) {
-    const Place place = place_of(frame, n_tiles, load(x[0] + first), load(x[1] + first), load(x[2] + first));
+    const Place place = place_of(frame, n_tiles, position, first);
     TileIndex tile[n_lanes];
     std::int32_t local[n_lanes];
     store_integers(place.tile, tile);
@@ -160,10 +158,9 @@ LocalIndex CellMap::largest_count() const { return count.empty() ? 0 : *std::max
   const CellFrame frame(grid);
   const Int3 n_tiles{grid.n_tiles(0), grid.n_tiles(1), grid.n_tiles(2)};
   std::vector<std::uint64_t> occupied(static_cast<std::size_t>(grid.n_tiles()), 0);
-  const double* const x[3] = {particles.real(Field::position, 0), particles.real(Field::position, 1),
-                              particles.real(Field::position, 2)};
+  const FieldColumns<3> position(particles, Field::position);
   for (LocalIndex first = 0; first < particles.size(); first += n_lanes) {
-    const Place place = place_of(frame, n_tiles, load(x[0] + first), load(x[1] + first), load(x[2] + first));
+    const Place place = place_of(frame, n_tiles, position, first);
     for (int lane = 0; lane < std::min<LocalIndex>(n_lanes, particles.size() - first); ++lane)
       occupied[static_cast<std::size_t>(place.tile[lane])] |= std::uint64_t{1} << static_cast<int>(place.local[lane]);
   }

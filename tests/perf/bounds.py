@@ -8,11 +8,10 @@ the same figure, so the parts with a figure beyond its bound are measured again,
 
 import json
 import pathlib
-import shutil
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
-from bulkley_program import Program, fail, parse_arguments  # noqa: E402
+from bulkley_program import fail, parse_arguments, start  # noqa: E402
 from documented_keys import undocumented  # noqa: E402
 
 SLACK = 1.25
@@ -42,11 +41,7 @@ def check_that_judgement_can_fail(rows):
 
 
 def main():
-    arguments = parse_arguments(__doc__)
-    program = Program(arguments.program, arguments.mpiexec)
-    work = pathlib.Path(arguments.work)
-    shutil.rmtree(work, ignore_errors=True)
-    work.mkdir(parents=True)
+    program, work = start(parse_arguments(__doc__))
 
     best = {}
     parts = []

@@ -2,6 +2,8 @@
 
 import argparse
 import os
+import pathlib
+import shutil
 import signal
 import subprocess
 import sys
@@ -48,6 +50,14 @@ def parse_arguments(description, add=lambda parser: None):
     parser.add_argument("--work", required=True, help="folder that this test may fill and empty")
     add(parser)
     return parser.parse_args()
+
+
+def start(arguments):
+    """The program, and the folder that `parse_arguments` was given, emptied."""
+    work = pathlib.Path(arguments.work)
+    shutil.rmtree(work, ignore_errors=True)
+    work.mkdir(parents=True)
+    return Program(arguments.program, arguments.mpiexec), work
 
 
 def fail(sentence, outcome=None):

@@ -3,22 +3,17 @@
 
 import json
 import pathlib
-import shutil
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "support"))
-from bulkley_program import Program, fail, parse_arguments  # noqa: E402
+from bulkley_program import fail, parse_arguments, start  # noqa: E402
 from documented_keys import undocumented  # noqa: E402
 
 PARTICLES = 60000
 
 
 def main():
-    arguments = parse_arguments(__doc__)
-    program = Program(arguments.program, arguments.mpiexec)
-    work = pathlib.Path(arguments.work)
-    shutil.rmtree(work, ignore_errors=True)
-    work.mkdir(parents=True)
+    program, work = start(parse_arguments(__doc__))
 
     def bench(ranks, *more):
         """The JSON file of a run, which must be what the run prints."""

@@ -2,11 +2,10 @@
 """The same bits on any number of ranks: 200 steps of a splash on 1, 2, 3, 4, 7 and 8 ranks under one partition method."""
 
 import pathlib
-import shutil
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "support"))
-from bulkley_program import Program, fail, parse_arguments  # noqa: E402
+from bulkley_program import fail, parse_arguments, start  # noqa: E402
 
 SCENE = pathlib.Path(__file__).resolve().with_name("splash.toml")
 STEPS = 200
@@ -16,10 +15,7 @@ CHECKPOINT = f"checkpoint_{STEPS:09d}.h5"
 
 def main():
     arguments = parse_arguments(__doc__, lambda p: p.add_argument("--partition", required=True))
-    program = Program(arguments.program, arguments.mpiexec)
-    work = pathlib.Path(arguments.work)
-    shutil.rmtree(work, ignore_errors=True)
-    work.mkdir(parents=True)
+    program, work = start(arguments)
 
     for ranks in RANKS:
         out = f"r{ranks}"

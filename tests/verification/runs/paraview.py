@@ -2,12 +2,11 @@
 """A whole run opened by the real ParaView: particle counts, bounds, times and field names through both of its readers."""
 
 import pathlib
-import shutil
 import subprocess
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "support"))
-from bulkley_program import Program, fail, parse_arguments  # noqa: E402
+from bulkley_program import fail, parse_arguments, start  # noqa: E402
 
 SCENE = pathlib.Path(__file__).resolve().with_name("splash.toml")
 ROOT = pathlib.Path(__file__).resolve().parents[3]
@@ -15,10 +14,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[3]
 
 def main():
     arguments = parse_arguments(__doc__, lambda p: p.add_argument("--pvpython", required=True))
-    program = Program(arguments.program, arguments.mpiexec)
-    work = pathlib.Path(arguments.work)
-    shutil.rmtree(work, ignore_errors=True)
-    work.mkdir(parents=True)
+    program, work = start(arguments)
 
     run = program.run(["run", str(SCENE), "--out", "run", "--set", "time.end=0.02", "--set", "output.grid=true"],
                       3, work, 120)

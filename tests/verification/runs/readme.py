@@ -2,11 +2,10 @@
 """The first scene of README.md is accepted and runs."""
 
 import pathlib
-import shutil
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "support"))
-from bulkley_program import Program, fail, parse_arguments  # noqa: E402
+from bulkley_program import fail, parse_arguments, start  # noqa: E402
 
 README = pathlib.Path(__file__).resolve().parents[3] / "README.md"
 
@@ -24,11 +23,7 @@ def first_scene():
 
 
 def main():
-    arguments = parse_arguments(__doc__)
-    program = Program(arguments.program, arguments.mpiexec)
-    work = pathlib.Path(arguments.work)
-    shutil.rmtree(work, ignore_errors=True)
-    work.mkdir(parents=True)
+    program, work = start(parse_arguments(__doc__))
     (work / "ball.toml").write_text(first_scene(), encoding="utf-8")
     for command in (["check", "ball.toml"], ["run", "ball.toml", "--max-steps", "20"]):
         outcome = program.run(command, 1, work, 60)

@@ -3,11 +3,10 @@
 
 import csv
 import pathlib
-import shutil
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "support"))
-from bulkley_program import Program, fail, parse_arguments  # noqa: E402
+from bulkley_program import fail, parse_arguments, start  # noqa: E402
 
 SCENE = pathlib.Path(__file__).resolve().with_name("splash.toml")
 STEPS = 200
@@ -25,11 +24,7 @@ def steps_of_history(folder):
 
 
 def main():
-    arguments = parse_arguments(__doc__)
-    program = Program(arguments.program, arguments.mpiexec)
-    work = pathlib.Path(arguments.work)
-    shutil.rmtree(work, ignore_errors=True)
-    work.mkdir(parents=True)
+    program, work = start(parse_arguments(__doc__))
 
     def run(out, ranks, max_steps, *more):
         outcome = program.run(["run", str(SCENE), "--out", out, "--max-steps", str(max_steps), *more], ranks, work, 120)
