@@ -6,8 +6,9 @@ set -euo pipefail
 packages=(
   g++ cmake ninja-build pkg-config
   petsc-dev                                     # brings Open MPI and parallel HDF5
-  libeigen3-dev libmetis-dev libfmt-dev libtomlplusplus-dev libcli11-dev zlib1g-dev
+  libeigen3-dev libmetis-dev libfmt-dev libtomlplusplus-dev libcli11-dev libmuparser-dev zlib1g-dev
   libgtest-dev python3 python3-numpy python3-h5py  # tests
+  python3-matplotlib                            # plots of the rheometer and of the verification page
   paraview python3-paraview xvfb                # pictures; Debian's ParaView renders only with an X server
 )
 

@@ -1,0 +1,157 @@
+"""What a verification case is made of: runs of the real program, quantities compared with the truth, errors over resolutions.
+
+A case is a folder with `scene.toml` and `case.py`; the latter makes one `Study`, runs the scene through it and ends with
+`finish()`, which writes the results for docs/verification.md and fails if a gate was missed. `study.long` is true in the
+version with finer resolutions (ctest label `slow`)."""
+
+import json
+import math
+import pathlib
+import re
+import sys
+
+import h5py
+import numpy
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "support"))
+from bulkley_program import fail, parse_arguments, start  # noqa: E402
+
+
+class Run:
+    """The output folder of a run that has ended well."""
+
+    def __init__(self, folder, seconds):
+        self.folder = folder
+        self.seconds = seconds
+
+    def history(self):
+        """history.csv as a structured array: one name per column."""
+        return numpy.genfromtxt(self.folder / "history.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
+
+    def checkpoint(self):
+        """The particles of the last checkpoint, sorted by id: {field: array}; and "time"."""
+        return read_particles(sorted(self.folder.glob("checkpoint_*.h5"))[-1])
+
+    def frames(self):
+        """The particles of every frame in order of time, read one by one."""
+        for file in sorted(self.folder.glob("frame_*.h5")):
+            yield read_particles(file)
+
+
+def read_particles(file):
+    with h5py.File(file, "r") as data:
+        particles = {name: array[()] for name, array in data["particles"].items() if name != "connectivity"}
+        time = float(data.attrs["time"])
+    if "id" in particles:
+        order = numpy.argsort(particles["id"])
+        particles = {name: array[order] for name, array in particles.items()}
+    return {**particles, "time": time}
+
+
+class Study:
+    def __init__(self, name, title, truth):
+        """`name`: the folder; `truth`: where the reference comes from, for the table of docs/verification.md."""
+        def add(parser):
+            parser.add_argument("--long", action="store_true", help="finer resolutions")
+            parser.add_argument("--results", help="folder for the results and plots of docs/verification.md")
+        arguments = parse_arguments(f"{title}. {truth}", add)
+        self.name, self.title, self.truth, self.long = name, title, truth, arguments.long
+        self.program, self.work = start(arguments)
+        self.results = pathlib.Path(arguments.results or self.work)
+        self.results.mkdir(parents=True, exist_ok=True)
+        self.scene = pathlib.Path(sys.argv[0]).resolve().with_name("scene.toml")
+        self.quantities, self.remarks, self.plots, self.misses = [], [], [], []
+
+    def run(self, label, sets=None, ranks=2, limit=1500, scene=None):
+        """Runs the scene with `sets` ({key path: value}) into the folder `label`."""
+        arguments = ["run", str(scene or self.scene), "--out", label, "--quiet"]
+        for key, value in (sets or {}).items():
+            arguments += ["--set", f"{key}={toml(value)}"]
+        outcome = self.program.run(arguments, ranks, self.work, limit)
+        if outcome.code != 0:
+            fail(f"{label}: the run on {ranks} ranks ended with {outcome.code}", outcome)
+        print(f"{self.name}: {label} on {ranks} ranks took {outcome.seconds:.1f} s", flush=True)
+        return Run(self.work / label, outcome.seconds)
+
+    def run_on_both(self, label, sets=None, limit=1500, scene=None):
+        """The same run on one rank and on two, which must give the same bits; returns the latter."""
+        one = self.run(f"{label}_one_rank", sets, 1, limit, scene)
+        two = self.run(label, sets, 2, limit, scene)
+        files = [sorted(run.folder.glob("checkpoint_*.h5"))[-1] for run in (one, two)]
+        outcome = self.program.run(["compare", *map(str, files)], 1, self.work, 300)
+        if outcome.code != 0 or "identical" not in outcome.text:
+            fail(f"{label}: two ranks differ from one", outcome)
+        return two
+
+    def expect(self, quantity, value, truth, tolerance, unit="", relative=True, note=""):
+        """One number against the truth. The error is relative to `truth` unless told otherwise."""
+        error = abs(value - truth) / (abs(truth) if relative else 1.0)
+        self._record(quantity, [{"label": "", "value": float(value), "error": float(error)}], truth, tolerance, unit, None,
+                     None, relative, note)
+
+    def expect_at_most(self, quantity, error, tolerance, unit="", note=""):
+        """An error that the case has worked out itself, such as the norm of a field."""
+        self._record(quantity, [{"label": "", "value": float(error), "error": float(error)}], None, tolerance, unit, None, None,
+                     True, note)
+
+    def expect_convergence(self, quantity, cells, errors, tolerance, order, unit="", note=""):
+        """Errors over resolutions: `cells` (cells per characteristic length, ascending), `errors` at each. The finest error is
+        at most `tolerance`, and the observed order from the coarsest to the finest at least `order`."""
+        levels = [{"label": f"{n:g}", "value": float(e), "error": float(e)} for n, e in zip(cells, errors)]
+        observed = math.log(errors[0] / errors[-1]) / math.log(cells[-1] / cells[0])
+        self._record(quantity, levels, None, tolerance, unit, observed, order, True, note)
+
+    def remark(self, sentence):
+        """A sentence for the page: a measured limit, an explanation."""
+        self.remarks.append(sentence)
+        print(f"{self.name}: {sentence}", flush=True)
+
+    def plot(self, draw, caption, suffix=""):
+        """`draw(axes)` fills a plot for the page; only in the long version, which makes the page."""
+        if not self.long:
+            return
+        import matplotlib
+        matplotlib.use("Agg")
+        from matplotlib import pyplot
+        figure, axes = pyplot.subplots(figsize=(5.6, 3.6), dpi=100, layout="constrained")
+        draw(axes)
+        file = f"{self.name}{suffix}.png"
+        figure.savefig(self.results / file)
+        pyplot.close(figure)
+        self.plots.append({"file": file, "caption": caption})
+
+    def finish(self):
+        """Writes the results; ends the process, with 1 if a gate was missed."""
+        result = {"name": self.name, "title": self.title, "truth": self.truth, "quantities": self.quantities,
+                  "remarks": self.remarks, "plots": self.plots}
+        (self.results / f"{self.name}.json").write_text(json.dumps(result, indent=1) + "\n")
+        if not self.quantities:
+            fail(f"{self.name} compares nothing")
+        if self.misses:
+            fail("; ".join(self.misses))
+
+    def _record(self, quantity, levels, truth, tolerance, unit, observed, order, relative, note):
+        error = levels[-1]["error"]
+        passed = bool(error <= tolerance and (order is None or observed >= order))  # false for NaN
+        self.quantities.append({"quantity": quantity, "unit": unit, "levels": levels,
+                                "truth": None if truth is None else float(truth), "tolerance": tolerance, "relative": relative,
+                                "order": observed, "least_order": order, "note": note, "passed": passed})
+        errors = ", ".join((f"{level['label']} cells: " if level["label"] else "") + f"{level['error']:.3g}" for level in levels)
+        text = f"{quantity}: " + (f"{levels[-1]['value']:.6g} against {truth:.6g} {unit}, " if truth is not None else "")
+        text += f"error {errors} (at most {tolerance:g})"
+        if order is not None:
+            text += f", order {observed:.2f} (at least {order:g})"
+        print(f"{self.name}: {text}: {'passed' if passed else 'FAILED'}", flush=True)
+        if not passed:
+            self.misses.append(f"{self.name}: {text}")
+
+
+def toml(value):
+    """A value as TOML text."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return value if re.fullmatch(r"[\w.]+", value) else json.dumps(value)
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(json.dumps(v) if isinstance(v, str) else toml(v) for v in value) + "]"
+    return repr(float(value)) if isinstance(value, float) else str(value)
