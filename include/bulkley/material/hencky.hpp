@@ -35,7 +35,8 @@ inline SymTensor<Real> left_cauchy_green_of(const LogStrain<Real>& strain, Real 
 }
 
 /// W = mu ||dev e||^2 + (kappa/2) (tr e)^2 with e = ln V, V^2 = F F^T (Hencky 1928; the elasticity of Klar et al. 2016).
-/// Follows compression better than the neo-Hookean solid, but softens in strong extension (tau_11 / J falls beyond e = 1).
+/// Follows compression better than the neo-Hookean solid, but softens in strong extension: the force falls
+/// beyond a stretch of e.
 struct Hencky {
   using Parameters = NeoHookean::Parameters;
   Parameters parameters;
