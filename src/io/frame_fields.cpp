@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <iterator>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -50,12 +51,13 @@ void density(const ParticleSet& particles, LocalIndex p, double* out) {
   out[0] = particles.real(Field::mass)[p] / particles.real(Field::reference_volume)[p] * inverse_volume_ratio(particles, p);
 }
 
-constexpr RealField derived_fields[] = {
-    {"pressure", "Pa", "-tr(tau) / (3 J)", 1, pressure},
-    {"deviatoric_stress", "Pa", "||dev tau|| / J", 1, deviatoric_stress},
-    {"cauchy_stress", "Pa", "tau / J, row-major", 9, cauchy_stress},
-    {"density", "kg/m^3", "m_p / (V_p^0 J)", 1, density},
+constexpr RealField derived_fields[] = {  // in the order of derived_frame_fields
+    {derived_frame_fields[0], "Pa", "-tr(tau) / (3 J)", 1, pressure},
+    {derived_frame_fields[1], "Pa", "||dev tau|| / J", 1, deviatoric_stress},
+    {derived_frame_fields[2], "Pa", "tau / J, row-major", 9, cauchy_stress},
+    {derived_frame_fields[3], "kg/m^3", "m_p / (V_p^0 J)", 1, density},
 };
+static_assert(std::size(derived_fields) == derived_frame_fields.size());
 
 void store_reals(const double* values, int n, FloatPrecision precision, std::byte*& out) {
   for (int c = 0; c < n; ++c) {
@@ -113,18 +115,13 @@ Array table_array(const FieldInfo& field, FloatPrecision precision, const Partic
 
 }  // namespace
 
-std::vector<std::string> frame_field_names() {
-  std::vector<std::string> names;
-  for (const FieldInfo& field : field_table)
-    if (field.written) names.emplace_back(field.name);
-  for (const RealField& field : derived_fields) names.emplace_back(field.name);
-  return names;
-}
-
 Array frame_array(const std::string& name, FloatPrecision precision, const ParticleRange& range,
                   const ParticleSet& particles) {
-  for (const FieldInfo& field : field_table)
-    if (field.written && name == field.name && particles.has(field.field)) return table_array(field, precision, range, particles);
+  for (const FieldInfo& field : field_table) {
+    if (!field.written || name != field.name) continue;
+    if (particles.has(field.field)) return table_array(field, precision, range, particles);
+    throw UsageError(fmt::format("output.fields: '{}' is a variable that no particle here has ({})", name, field.meaning));
+  }
   for (const RealField& field : derived_fields)
     if (name == field.name) return derived_array(field, precision, range, particles);
   throw UsageError(

@@ -20,14 +20,6 @@ namespace bulkley {
 inline constexpr const char* frame_format = "bulkley frame";
 inline constexpr GlobalIndex frame_version = 1;
 
-/// Names that `output.fields` may hold: the fields of the field table that are written, and
-///   pressure           -tr(tau) / (3 J), Pa
-///   deviatoric_stress  ||dev tau|| / J, Pa (Frobenius norm)
-///   cauchy_stress      tau / J, Pa
-///   density            m / (V0 J), kg/m^3
-/// Symmetric tensors are written with all nine components. `position` is always written.
-std::vector<std::string> frame_field_names();
-
 /// The owned nodes of the grid after the grid update, in Grid's order (z fastest). Nodes of no mass count as empty, whatever
 /// velocity they hold.
 struct GridNodes {

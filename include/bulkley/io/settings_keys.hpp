@@ -10,29 +10,6 @@ inline config::Names<FloatPrecision> names(config::Of<FloatPrecision>) {
   return {{"float32", FloatPrecision::float32}, {"float64", FloatPrecision::float64}};
 }
 
-/// What a frame can hold beside the position, which it always holds.
-inline std::vector<std::string> frame_field_names() {
-  return {"velocity",
-          "affine_velocity",
-          "left_cauchy_green",
-          "volume_ratio",
-          "kirchhoff_stress",
-          "cauchy_stress",
-          "pressure",
-          "deviatoric_stress",
-          "plastic_shear_rate",
-          "plastic_dissipation",
-          "density",
-          "structure",
-          "hardening",
-          "plastic_volume_ratio",
-          "viscous_left_cauchy_green",
-          "mass",
-          "reference_volume",
-          "material",
-          "id"};
-}
-
 inline const config::Keys<OutputSettings>& keys(config::Of<OutputSettings>) {
   using S = OutputSettings;
   static const auto table =
