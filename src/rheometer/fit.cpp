@@ -157,30 +157,28 @@ Estimate estimate_of(const std::optional<double>& given, double value, double lo
 
 // Of tau_y, K and n, zero where not fitted; NaN where the points do not tell the parameters apart.
 Eigen::Matrix3d covariance(const Problem& problem, const Fit& fit, double variance) {
-  const Parameter* all[3] = {&fit.yield_stress, &fit.consistency, &fit.flow_index};
-  std::vector<int> free;
-  for (int a = 0; a < 3; ++a)
-    if (all[a]->estimate == Estimate::fitted) free.push_back(a);
-  const auto n_free = static_cast<Eigen::Index>(free.size());
-  Eigen::MatrixXd jacobian(problem.size(), n_free);
+  const double n = fit.flow_index.value, K = fit.consistency.value;
+  const bool free[3] = {fit.yield_stress.estimate == Estimate::fitted, fit.consistency.estimate == Estimate::fitted,
+                        fit.flow_index.estimate == Estimate::fitted && K > 0.0};
+  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
   for (std::size_t k = 0; k < problem.size(); ++k) {
-    const double power = std::exp(fit.flow_index.value * problem.log_rate[k]);
-    const double slope[3] = {1.0, power, fit.consistency.value * power * problem.log_rate[k]};
-    for (Eigen::Index a = 0; a < n_free; ++a)
-      jacobian(static_cast<Eigen::Index>(k), a) = problem.weight[k] * slope[free[static_cast<std::size_t>(a)]];
+    const double power = std::exp(n * problem.log_rate[k]);
+    Eigen::Vector3d slope(1.0, power, K * power * problem.log_rate[k]);
+    for (int a = 0; a < 3; ++a) slope[a] *= free[a] ? problem.weight[k] : 0.0;
+    normal += slope * slope.transpose();
   }
-  Eigen::Matrix3d result = Eigen::Matrix3d::Zero();
-  if (n_free == 0) return result;
-  // Columns of length 1, so that units do not spoil the inverse.
-  const Eigen::VectorXd length = jacobian.colwise().norm();
-  const Eigen::MatrixXd scaled = jacobian * length.cwiseInverse().asDiagonal();
-  const Eigen::FullPivLU<Eigen::MatrixXd> normal(scaled.transpose() * scaled);
-  const Eigen::MatrixXd inverse =
-      normal.isInvertible() ? Eigen::MatrixXd(normal.inverse()) : Eigen::MatrixXd::Constant(n_free, n_free, not_a_number);
-  for (Eigen::Index a = 0; a < n_free; ++a)
-    for (Eigen::Index b = 0; b < n_free; ++b)
-      result(free[static_cast<std::size_t>(a)], free[static_cast<std::size_t>(b)]) =
-          variance * inverse(a, b) / (length[a] * length[b]);
+  // The diagonal made 1, so that units do not spoil the inverse.
+  Eigen::Vector3d scale;
+  for (int a = 0; a < 3; ++a) {
+    if (!free[a]) normal(a, a) = 1.0;
+    scale[a] = 1.0 / std::sqrt(normal(a, a));
+  }
+  const Eigen::FullPivLU<Eigen::Matrix3d> scaled(scale.asDiagonal() * normal * scale.asDiagonal());
+  if (!scaled.isInvertible()) return Eigen::Matrix3d::Constant(not_a_number);
+  Eigen::Matrix3d result = variance * (scale.asDiagonal() * scaled.inverse() * scale.asDiagonal());
+  for (int a = 0; a < 3; ++a)
+    for (int b = 0; b < 3; ++b)
+      if (!free[a] || !free[b]) result(a, b) = 0.0;
   return result;
 }
 
@@ -188,6 +186,7 @@ void set_standard_errors(const Eigen::Matrix3d& cov, Fit& fit) {
   Parameter* all[3] = {&fit.yield_stress, &fit.consistency, &fit.flow_index};
   for (int a = 0; a < 3; ++a)
     all[a]->standard_error = all[a]->estimate == Estimate::fitted ? std::sqrt(cov(a, a)) : not_a_number;
+  if (fit.consistency.value == 0.0) fit.flow_index.standard_error = not_a_number;  // it plays no part
 }
 
 // (T24), and its derivatives for the errors: eta depends on K and on n.

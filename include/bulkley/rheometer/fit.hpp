@@ -20,9 +20,9 @@ enum class Weights {
 
 struct FitSettings {
   Weights weights = Weights::relative;
-  std::optional<Range> rates;  ///< 1/s; points outside are left out
+  std::optional<Range> rates = std::nullopt;  ///< 1/s; points outside are left out
   /// Values that are given instead of fitted.
-  std::optional<double> yield_stress, consistency, flow_index;
+  std::optional<double> yield_stress = std::nullopt, consistency = std::nullopt, flow_index = std::nullopt;
 };
 
 /// How a parameter came to its value.

@@ -64,8 +64,9 @@ TEST_P(Steady, AnalyticCurveIsTheTable) {
   ASSERT_TRUE(truth);
   EXPECT_NEAR(truth->stress, c.finite_strain, 2e-7 * c.finite_strain);
   EXPECT_NEAR(truth->small_strain_stress, c.small_strain, 2e-7 * c.small_strain);
-  if (c.normal_difference > 0.0)
+  if (c.normal_difference > 0.0) {
     EXPECT_NEAR(truth->first_normal_difference, c.normal_difference, 1e-5 * c.normal_difference);
+  }
   const auto rate = steady_shear_rate(c.law, truth->stress);
   ASSERT_TRUE(rate);
   EXPECT_NEAR(*rate, c.rate, 1e-9 * c.rate);
