@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -55,18 +55,26 @@ double project(const Problem& problem, double n, bool on_power, double other) {
   return std::max(0.0, numerator / denominator);
 }
 
-// Both free and unbounded.
+// Both free and unbounded: rate^n less its weighted mean is orthogonal to 1.
 Candidate unbounded(const Problem& problem, double n) {
-  Eigen::MatrixX2d basis(problem.size(), 2);
-  Eigen::VectorXd target(problem.size());
+  double weights = 0.0, mean = 0.0;
   for (std::size_t k = 0; k < problem.size(); ++k) {
-    const auto row = static_cast<Eigen::Index>(k);
-    basis(row, 0) = problem.weight[k];
-    basis(row, 1) = problem.weight[k] * problem.power(k, n);
-    target(row) = problem.weight[k] * problem.stress[k];
+    const double w = problem.weight[k] * problem.weight[k];
+    weights += w;
+    mean += w * problem.power(k, n);
   }
-  const Eigen::Vector2d solution = basis.colPivHouseholderQr().solve(target);
-  return {solution[0], solution[1], n};
+  mean /= weights;
+  double numerator = 0.0, denominator = 0.0;
+  for (std::size_t k = 0; k < problem.size(); ++k) {
+    const double w = problem.weight[k] * problem.weight[k], deviation = problem.power(k, n) - mean;
+    numerator += w * deviation * problem.stress[k];
+    denominator += w * deviation * deviation;
+  }
+  const double K = numerator / denominator;
+  double left = 0.0;
+  for (std::size_t k = 0; k < problem.size(); ++k)
+    left += problem.weight[k] * problem.weight[k] * (problem.stress[k] - K * problem.power(k, n));
+  return {left / weights, K, n};
 }
 
 // The bounded linear problem at a given index. Its minimum is the unbounded one, or lies on an edge.
@@ -173,12 +181,14 @@ Eigen::Matrix3d covariance(const Problem& problem, const Fit& fit, double varian
     if (!free[a]) normal(a, a) = 1.0;
     scale[a] = 1.0 / std::sqrt(normal(a, a));
   }
-  const Eigen::FullPivLU<Eigen::Matrix3d> scaled(scale.asDiagonal() * normal * scale.asDiagonal());
-  if (!scaled.isInvertible()) return Eigen::Matrix3d::Constant(not_a_number);
-  Eigen::Matrix3d result = variance * (scale.asDiagonal() * scaled.inverse() * scale.asDiagonal());
+  const Eigen::Matrix3d scaled = scale.asDiagonal() * normal * scale.asDiagonal();
+  constexpr double smallest_determinant = 1e-14;  // 1 if the parameters were independent
+  Eigen::Matrix3d result;
+  bool invertible = false;
+  scaled.computeInverseWithCheck(result, invertible, smallest_determinant);
+  if (!invertible) return Eigen::Matrix3d::Constant(not_a_number);
   for (int a = 0; a < 3; ++a)
-    for (int b = 0; b < 3; ++b)
-      if (!free[a] || !free[b]) result(a, b) = 0.0;
+    for (int b = 0; b < 3; ++b) result(a, b) *= free[a] && free[b] ? variance * scale[a] * scale[b] : 0.0;
   return result;
 }
 
