@@ -80,7 +80,7 @@ def draw_steady(table, figure, rate, rate_label, stress, stress_label, viscosity
         second = table["first_normal_stress_difference"]
         left.plot(table[rate], second, label="$N_1$", color="C1", **{**MEASURED, "marker": "s"})
     scale(left, table[rate], table[stress] + second)
-    left.set(xlabel=rate_label, ylabel=stress_label)
+    left.set(xlabel=rate_label, ylabel=stress_label.replace(" [", ", $N_1$ [") if second else stress_label)
     left.legend(frameon=False, fontsize="small")
     right.plot(table[rate], table[viscosity], color="C2", **MEASURED)
     if table.has("analytic_stress"):
@@ -126,11 +126,11 @@ def draw_relaxation(table, figure):
     axis.plot(table["time"], table["relaxation_modulus"], label="kernel", **{**MEASURED, "markersize": 3})
     if table.has("analytic_stress"):
         modulus = [s / g for s, g in zip(table["analytic_stress"], table["strain"])]
-        axis.plot(table["time"], modulus, label="analytic (Maxwell)", **THEORY)
+        axis.plot(table["time"], modulus, label="analytic", **THEORY)
     scale(axis, table["time"], table["relaxation_modulus"])
-    top = max(table["relaxation_modulus"])
     if axis.get_yscale() == "log":
-        axis.set_ylim(bottom=max(axis.get_ylim()[0], 1e-6 * top))
+        top = max(table["relaxation_modulus"])
+        axis.set_ylim(max(0.5 * min(table["relaxation_modulus"]), 1e-6 * top), 2 * top)
     axis.set(xlabel="time after the step [s]", ylabel="relaxation modulus [Pa]")
     axis.legend(frameon=False, fontsize="small")
     return [axis]
@@ -138,20 +138,30 @@ def draw_relaxation(table, figure):
 
 def draw_creep(table, figure):
     left, right = figure.subplots(1, 2)
+    smallest_rate = 1e-12  # 1/s; a specimen at rest has rates of rounding only
     for k, (stress, part) in enumerate(table.groups("shear_stress")):
-        left.loglog(part["time"], part["strain"], color=f"C{k % 10}", label=f"{stress:g} Pa")
-        theory_behind(left, part, "time", [("analytic_strain", "analytic" if k == 0 else None, {"zorder": 3})])
-        # A specimen at rest has rates of rounding only.
-        rates = [rate if rate > 1e-12 else float("nan") for rate in part["shear_rate"]]
-        right.loglog(part["time"], rates, color=f"C{k % 10}", label=f"{stress:g} Pa")
+        left.plot(part["time"], part["strain"], color=f"C{k % 10}", label=f"{stress:g} Pa")
+        theory_behind(left, part, "time", [("analytic_strain", None, {"zorder": 3})])
+        moving = [(row["time"], row["shear_rate"]) for row in part.rows if row["shear_rate"] > smallest_rate]
+        if moving:
+            right.plot(*zip(*moving), color=f"C{k % 10}", label=f"{stress:g} Pa")
         if part.has("analytic_steady_rate") and part["analytic_steady_rate"][0] > 0:
-            label = "steady rate, analytic" if k == len(list(table.groups("shear_stress"))) - 1 else None
-            right.axhline(part["analytic_steady_rate"][0], label=label, **THEORY)
-    left.set(xlabel="time [s]", ylabel="shear strain")
-    right.set(xlabel="time [s]", ylabel="shear rate [1/s]")
-    right.set_xlim(left.get_xlim())
-    for axis in (left, right):
-        axis.legend(frameon=False, fontsize="small")
+            right.axhline(part["analytic_steady_rate"][0], **THEORY)
+    if table.has("analytic_strain"):
+        left.plot([], [], label="analytic", **THEORY)
+    left.set(xlabel="time [s]", ylabel="shear strain", xscale="log", yscale="log" if logarithmic(table["strain"]) else "linear")
+    right.set(xlabel="time [s]", ylabel="shear rate [1/s]", xscale="log", xlim=left.get_xlim())
+    if left.get_yscale() == "linear":
+        left.set_ylim(bottom=0)
+    left.legend(frameon=False, fontsize="small")
+    if any(rate > smallest_rate for rate in table["shear_rate"]):
+        right.set_yscale("log")
+        if table.has("analytic_steady_rate"):
+            right.plot([], [], label="steady, analytic", **THEORY)
+        right.legend(frameon=False, fontsize="small")
+    else:
+        right.set(ylim=(-1, 1), yticks=[0])
+        right.text(0.5, 0.6, "at rest", ha="center", transform=right.transAxes)
     return [left, right]
 
 
@@ -195,7 +205,7 @@ def draw_thixotropy(table, figure):
     for _, part in table.groups("interval"):
         middle = 0.5 * (part["time"][0] + part["time"][-1])
         panels[0].text(middle, 1.04 * top, f"{part['shear_rate'][0]:g} 1/s", ha="center", fontsize="small")
-    panels[0].legend(frameon=False, fontsize="small", loc="center right")
+    panels[0].legend(frameon=False, fontsize="small")
     panels[-1].set_xlabel("time [s]")
     return list(panels)
 

@@ -208,7 +208,7 @@ void fit_file(const RheometerOptions& o, const std::string& text) {
   if (!o.out.empty()) write_text_atomically(o.out, csv);
   if (!o.plot.empty())
     draw({"fit",
-          fmt::format("{}: yield_stress = {:.4g} Pa, consistency = {:.4g} Pa s^n, flow_index = {:.4g}", suggestions.name,
+          fmt::format("{}\nyield_stress = {:.4g} Pa, consistency = {:.4g} Pa s^n, flow_index = {:.4g}", suggestions.name,
                       fit.yield_stress.value, fit.consistency.value, fit.flow_index.value),
           csv, o.plot});
 }

@@ -78,7 +78,8 @@ void declare_measurement(CLI::App& app, RheometerOptions& o) {
   add_number(app, "--duration", o.duration, "relaxation, creep: time, s");
   app.add_option("--durations", o.durations, "thixotropy: the three intervals, s")->type_name(list);
   add_number(app, "--pressure", o.pressure, "compress the specimen to this pressure first, Pa", true);
-  add_number(app, "--strain-per-step", o.strain_per_step, "strain of one step of the kernel (default 2e-4)");
+  add_number(app, "--strain-per-step", o.strain_per_step,
+             "largest strain of one step of the kernel (2e-4; oscillation 5e-4)");
   add_number(app, "--largest-strain", o.largest_strain, "where to stop waiting for a steady state (100), or creep (20)");
   add_number(app, "--tolerance", o.tolerance, "relative change that counts as steady (default 1e-5)");
   app.add_option("--points", o.points, "rows of a curve over time (default 200)")->check(CLI::Range(2, 100'000));

@@ -233,8 +233,26 @@ void set_quality(const Problem& problem, double squares, std::size_t n_free, Fit
   fit.reduced_chi_square = squares / std::max(1.0, n - static_cast<double>(n_free));
 }
 
+// How many standard deviations the number of runs of residuals of one sign, by ascending rate, lies below that of independent
+// residuals (Wald and Wolfowitz 1940).
+double systematic(const Fit& fit) {
+  std::vector<FitPoint> points = fit.points;
+  std::stable_sort(points.begin(), points.end(), [](const auto& a, const auto& b) { return a.shear_rate < b.shear_rate; });
+  double n_above = 0.0, n_runs = 1.0;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const bool above = points[k].relative_residual() > 0.0;
+    n_above += above ? 1.0 : 0.0;
+    if (k > 0 && above != (points[k - 1].relative_residual() > 0.0)) n_runs += 1.0;
+  }
+  const auto n = static_cast<double>(points.size());
+  const double product = 2.0 * n_above * (n - n_above);
+  const double expected = product / n + 1.0, variance = product * (product - n) / (n * n * (n - 1.0));
+  return variance > 0.0 ? (expected - n_runs) / std::sqrt(variance) : 0.0;
+}
+
 void add_warnings(const FitSettings& settings, Fit& fit) {
   constexpr double poor_rms = 0.05, poor_r_squared = 0.98, poor_chi_square = 3.0;
+  constexpr double too_systematic = 2.5, exact = 1e-3;  // standard deviations; relative rms of data without noise
   if (fit.relative_rms > poor_rms)
     fit.warnings.push_back(fmt::format(
         "poor fit: the stresses differ by {:.1f} % (rms) from the curve; look at the residuals, and fit a narrower "
@@ -246,6 +264,11 @@ void add_warnings(const FitSettings& settings, Fit& fit) {
     fit.warnings.push_back(fmt::format(
         "the residuals are {:.1f} times as large as the file's errors say; the standard errors below are too small",
         std::sqrt(fit.reduced_chi_square)));
+  if (fit.relative_rms > exact && systematic(fit) > too_systematic)
+    fit.warnings.push_back(
+        "the residuals are not scatter but follow the rate in long runs of one sign: the law does not quite have this "
+        "curve's "
+        "shape, the parameters depend on the range that is fitted, and the standard errors are too small");
   const auto unresolved = [&](const char* name, const Parameter& p) {
     if (p.estimate == Estimate::fitted && !(p.value > 2.0 * p.standard_error))
       fit.warnings.push_back(

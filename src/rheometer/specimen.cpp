@@ -83,7 +83,7 @@ Reading Specimen::read() const {
   double cauchy[6];
   for (int c = 0; c < 6; ++c) cauchy[c] = particles_.real(Field::kirchhoff_stress, c)[0] / volume_ratio();
   return {cauchy[symmetric_index(0, 1)], cauchy[0] - cauchy[1], cauchy[1] - cauchy[2],
-          -(cauchy[0] + cauchy[1] + cauchy[2]) / 3.0};
+          0.0 - (cauchy[0] + cauchy[1] + cauchy[2]) / 3.0};
 }
 
 double Specimen::volume_ratio() const { return particles_.real(Field::volume_ratio)[0]; }

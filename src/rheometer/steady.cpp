@@ -58,7 +58,7 @@ void add_extension(Row& row, double rate, const Reading& r) {
 Measurement measure_steady(const Material& material, const SteadySettings& settings) {
   Measurement result;
   const Specimen fresh = loaded_specimen(material, settings.pressure);
-  std::string unsteady;
+  std::size_t n_unsteady = 0;
   for (const double rate : settings.rates) {
     Specimen specimen(fresh);
     const SteadyState state = march(settings, rate, specimen);
@@ -72,11 +72,11 @@ Measurement measure_steady(const Material& material, const SteadySettings& setti
     if (const auto truth = steady_flow(material, settings.flow, rate))
       row.add("analytic_stress", truth->stress).add("small_strain_stress", truth->small_strain_stress);
     row.append_to(result.table);
-    if (!state.steady) unsteady += fmt::format("{}{:g}", unsteady.empty() ? "" : ", ", rate);
+    n_unsteady += state.steady ? 0 : 1;
   }
-  if (!unsteady.empty())
-    result.remarks.push_back(fmt::format("not steady after a strain of {:g} (column steady is 0) at the rates {} 1/s{}",
-                                         settings.largest_strain, unsteady,
+  if (n_unsteady > 0)
+    result.remarks.push_back(fmt::format("{} of {} rates are not steady after a strain of {:g} (column steady is 0){}",
+                                         n_unsteady, settings.rates.size(), settings.largest_strain,
                                          flows(material) ? "" : "; this material is a solid, --mode startup suits it"));
   return result;
 }

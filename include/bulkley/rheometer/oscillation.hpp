@@ -19,8 +19,8 @@ struct OscillationSettings {
   double pressure = 0.0;     ///< Pa, see loaded_specimen
 };
 
-/// One row for each amplitude and frequency, under the strain amplitude * sin(frequency * time) from rest. Throws RunError if
-/// the kernel refuses a step. Columns: docs/rheometer.md. Not collective.
+/// One row for each amplitude and frequency, under the strain amplitude * sin(frequency * time) from rest, extrapolated
+/// from two numbers of steps. Throws RunError if the kernel refuses a step. Columns: docs/rheometer.md. Not collective.
 Measurement measure_oscillation(const Material& material, const OscillationSettings& settings);
 
 }  // namespace bulkley::rheometer

@@ -137,6 +137,16 @@ TEST(Fit, RangeLeavesPointsOut) {
   EXPECT_THROW(fit_herschel_bulkley(curve, {.weights = Weights::error}), UsageError);
 }
 
+// A Casson curve, whose best Herschel-Bulkley fit swings around it.
+TEST(Fit, SaysThatResidualsAreNotScatter) {
+  MeasuredCurve curve = exact({5.0, 8.0, 0.5});
+  for (std::size_t k = 0; k < curve.stress.size(); ++k)
+    curve.stress[k] = std::pow(std::sqrt(5.0) + std::sqrt(2.0 * curve.shear_rate[k]), 2);
+  const Fit fit = fit_herschel_bulkley(curve, {});
+  ASSERT_FALSE(fit.warnings.empty());
+  EXPECT_NE(fit.warnings.back().find("not scatter"), std::string::npos) << fit.warnings.back();
+}
+
 std::string fault(const std::string& text) {
   try {
     parse_measured_curve(text, "curve.csv");
