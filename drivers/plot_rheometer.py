@@ -149,7 +149,8 @@ def draw_creep(table, figure):
             right.axhline(part["analytic_steady_rate"][0], **THEORY)
     if table.has("analytic_strain"):
         left.plot([], [], label="analytic", **THEORY)
-    left.set(xlabel="time [s]", ylabel="shear strain", xscale="log", yscale="log" if logarithmic(table["strain"]) else "linear")
+    left.set(xlabel="time [s]", ylabel="shear strain", xscale="log")
+    left.set_yscale("log" if logarithmic(table["strain"]) else "linear")
     right.set(xlabel="time [s]", ylabel="shear rate [1/s]", xscale="log", xlim=left.get_xlim())
     if left.get_yscale() == "linear":
         left.set_ylim(bottom=0)
@@ -177,7 +178,8 @@ def draw_oscillation(table, figure):
         for column, symbol, marker in (("storage_modulus", "$G'$", "o"), ("loss_modulus", "$G''$", "s")):
             points = [(a, b) for a, b in zip(part[x], part[column]) if b > 1e-9 * largest]
             if points:
-                left.plot(*zip(*points), color=color, label=f"{symbol}, {legend.format(value)}", **{**MEASURED, "marker": marker})
+                label = f"{symbol}, {legend.format(value)}"
+                left.plot(*zip(*points), color=color, label=label, **{**MEASURED, "marker": marker})
             if part.has("analytic_" + column) and max(part["analytic_" + column]) > 0:
                 left.plot(part[x], part["analytic_" + column], **THEORY)
         right.plot(part[x], part["third_harmonic"], color=color, marker="o", label=legend.format(value))
@@ -228,9 +230,9 @@ DRAWERS = {"shear": draw_shear, "extension": draw_extension, "planar": draw_exte
            "relaxation": draw_relaxation, "creep": draw_creep, "oscillation": draw_oscillation,
            "thixotropy": draw_thixotropy, "fit": draw_fit}
 TWO_PANELS = {"shear", "creep", "oscillation"}
-NAMES = {"shear": "flow curve", "extension": "uniaxial extension", "planar": "planar extension", "startup": "start-up of shear",
-         "relaxation": "stress relaxation", "creep": "creep", "oscillation": "oscillatory shear",
-         "thixotropy": "three intervals of shear rate"}
+NAMES = {"shear": "flow curve", "extension": "uniaxial extension", "planar": "planar extension",
+         "startup": "start-up of shear", "relaxation": "stress relaxation", "creep": "creep",
+         "oscillation": "oscillatory shear", "thixotropy": "three intervals of shear rate"}
 
 
 def main():

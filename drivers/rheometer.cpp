@@ -1,4 +1,4 @@
-// `bulkley rheometer`: one material point of the solver between the plates of a rheometer, and the fit of a measured flow curve.
+// `bulkley rheometer`: one material point of the solver in a rheometer, and the fit of a measured flow curve.
 
 #include <fmt/format.h>
 

@@ -42,7 +42,7 @@ double squares_of(const Problem& problem, const Candidate& c) {
   return sum;
 }
 
-// Best yield stress for this consistency, or the reverse: projections on one function (1 or rate^n) of what the other leaves.
+// Best yield stress for this consistency, or the reverse: projection of what one function (1 or rate^n) leaves on the other.
 double project(const Problem& problem, double n, bool on_power, double other) {
   double numerator = 0.0, denominator = 0.0;
   for (std::size_t k = 0; k < problem.size(); ++k) {
@@ -233,8 +233,8 @@ void set_quality(const Problem& problem, double squares, std::size_t n_free, Fit
   fit.reduced_chi_square = squares / std::max(1.0, n - static_cast<double>(n_free));
 }
 
-// How many standard deviations the number of runs of residuals of one sign, by ascending rate, lies below that of independent
-// residuals (Wald and Wolfowitz 1940).
+// How many standard deviations the number of runs of residuals of one sign, by ascending rate, lies below that of
+// independent residuals (Wald and Wolfowitz 1940).
 double systematic(const Fit& fit) {
   std::vector<FitPoint> points = fit.points;
   std::stable_sort(points.begin(), points.end(), [](const auto& a, const auto& b) { return a.shear_rate < b.shear_rate; });

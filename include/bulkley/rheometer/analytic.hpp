@@ -13,15 +13,16 @@ struct SteadyFlow {
   double first_normal_difference;  ///< Pa; in extension the stress itself
 };
 
-/// Steady flow at a rate (1/s, > 0) of a Herschel-Bulkley fluid with shear_modulus > 0 and finite eta: the solution of (T17) and
-/// (T18) in continuous time (docs/rheometer.md). Not collective.
+/// Steady flow at a rate (1/s, > 0) of a Herschel-Bulkley fluid with shear_modulus > 0 and finite eta: the solution of (T17)
+/// and (T18) in continuous time (docs/rheometer.md). Not collective.
 std::optional<SteadyFlow> steady_flow(const Material& material, Flow flow, double rate);
 
 /// The shear rate at which steady shear stress is `stress` (Pa): the inverse of steady_flow; 0 at and below yield. Nothing
 /// where no steady flow carries the stress. Not collective.
 std::optional<double> steady_shear_rate(const Material& material, double stress);
 
-/// Stress of a neo-Hookean solid at a strain (Hencky in extension), and its first normal stress difference, Pa. Not collective.
+/// Stress of a neo-Hookean solid at a strain (Hencky in extension), and its first normal stress difference, Pa. Not
+/// collective.
 std::optional<SteadyFlow> solid_stress(const Material& material, Flow flow, double strain);
 
 /// A fluid of one relaxation time.

@@ -18,8 +18,8 @@ struct CreepSettings {
   double pressure = 0.0;          ///< Pa, see loaded_specimen
 };
 
-/// Strain and shear rate under each stress, from fresh specimens; in every step the rate is the one at whose end the stress is
-/// the wanted one. Throws RunError if no rate carries the stress. Columns: docs/rheometer.md. Not collective.
+/// Strain and shear rate under each stress, from fresh specimens; the rate of every step is the one at whose end the stress
+/// is the wanted one. Throws RunError if no rate carries the stress. Columns: docs/rheometer.md. Not collective.
 Measurement measure_creep(const Material& material, const CreepSettings& settings);
 
 }  // namespace bulkley::rheometer

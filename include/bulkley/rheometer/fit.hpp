@@ -53,12 +53,12 @@ struct Fit {
 inline constexpr double smallest_flow_index = 0.1, largest_flow_index = 3.0;  ///< what the law takes
 inline constexpr std::size_t fewest_points = 4;                               ///< more than parameters
 
-/// Minimises sum ((yield_stress + consistency rate^flow_index - stress) / weight)^2 over yield_stress >= 0, consistency >= 0 and
-/// flow_index in its bounds. For a given index the problem is linear, and solved exactly; the index is scanned over its whole
-/// range and refined by the golden section, so no start value is needed and a second minimum is not taken for the best. Standard
-/// errors are those of the linearised problem, of the parameters that are neither fixed nor at a bound; with relative and uniform
-/// weights the scatter is estimated from the residuals. Throws UsageError if there are too few points, or no error column for
-/// Weights::error. Not collective.
+/// Minimises sum ((yield_stress + consistency rate^flow_index - stress) / weight)^2 over yield_stress >= 0, consistency >= 0
+/// and flow_index in its bounds. For a given index the problem is linear, and solved exactly; the index is scanned over its
+/// whole range and refined by the golden section, so no start value is needed and a second minimum is not taken for the
+/// best. Standard errors are those of the linearised problem, of the parameters that are neither fixed nor at a bound; with
+/// relative and uniform weights the scatter is estimated from the residuals. Throws UsageError if there are too few points,
+/// or no error column for Weights::error. Not collective.
 Fit fit_herschel_bulkley(const MeasuredCurve& curve, const FitSettings& settings);
 
 }  // namespace bulkley::rheometer

@@ -18,8 +18,8 @@ struct Suggestions {
 /// Both conventions with standard errors, the quality of the fit, the residuals and the warnings. Not collective.
 std::string fit_text(const Fit& fit, const FitSettings& settings);
 
-/// A table [materials.NAME] to paste into a scene. Density, bulk modulus and shear modulus are suggestions and say so: the bulk
-/// modulus density (10 speed)^2 keeps changes of density below a percent, the shear modulus is 20 times the largest stress.
+/// A table [materials.NAME] to paste into a scene. Density, bulk modulus and shear modulus are suggestions and say so: the
+/// bulk modulus density (10 speed)^2 keeps changes of density below a percent, the shear modulus is 20 times the largest stress.
 /// Not collective.
 std::string scene_snippet(const Fit& fit, const Suggestions& suggestions);
 

@@ -55,8 +55,8 @@ class Specimen {
   ParticleSet particles_;
 };
 
-/// A specimen compressed alike from all sides, at once, until its pressure is `pressure` (Pa; 0: undeformed). Throws UsageError
-/// if the material cannot take it. Not collective.
+/// A specimen compressed alike from all sides, at once, until its pressure is `pressure` (Pa; 0: undeformed). Throws
+/// UsageError if the material cannot take it. Not collective.
 Specimen loaded_specimen(const Material& material, double pressure);
 
 /// Whether the law says that it flows; else it is a solid. Not collective.

@@ -35,7 +35,8 @@ MeasuredCurve noisy(const ShearRheometerConstants& c, double scatter, unsigned s
 }
 
 TEST(Fit, FindsExactDataAgain) {
-  const ShearRheometerConstants cases[] = {{18.4, 17.8, 0.22}, {3.2, 11.3, 0.7}, {0.06, 3.8, 2.8}, {120.0, 0.02, 1.3}};
+  const ShearRheometerConstants cases[] = {
+      {18.4, 17.8, 0.2237}, {3.2, 11.3, 0.7041}, {0.06, 3.8, 2.8052}, {120.0, 0.02, 1.3045}};
   for (const ShearRheometerConstants& c : cases)
     for (const Weights weights : {Weights::relative, Weights::uniform}) {
       const Fit fit = fit_herschel_bulkley(exact(c), {.weights = weights});
@@ -117,6 +118,9 @@ TEST(Fit, GivenValuesStay) {
   const Fit no_yield = fit_herschel_bulkley(noisy(truth, 0.02, 3), {.yield_stress = 0.0});
   EXPECT_EQ(no_yield.yield_stress.value, 0.0);
   EXPECT_EQ(no_yield.yield_stress.estimate, Estimate::fixed);
+  const Fit no_consistency = fit_herschel_bulkley(noisy(truth, 0.02, 3), {.consistency = 8.0});
+  const double per_index = 0.5 * std::log(2.0) * no_consistency.eta.value;
+  EXPECT_NEAR(no_consistency.eta.standard_error, per_index * no_consistency.flow_index.standard_error, 1e-12);
   const Fit bingham = fit_herschel_bulkley(exact(truth), {.flow_index = 0.5});
   EXPECT_NEAR(bingham.yield_stress.value, 5.0, 1e-9);
   EXPECT_EQ(bingham.flow_index.estimate, Estimate::fixed);

@@ -37,8 +37,8 @@ TEST(Oscillation, MaxwellLimit) {
   }
 }
 
-// Perfectly plastic at strains far beyond yield: a rectangular stress of height tau_y, whose third harmonic is a third of its
-// first and lags by a right angle.
+// Perfectly plastic at strains far beyond yield: a rectangular stress of height tau_y, whose third harmonic is a third of
+// its first.
 TEST(Oscillation, PlasticSolidIsRectangular) {
   const HerschelBulkley plastic{{1000.0, 1e5, 1e6, 30.0, 0.0, 1.0}};
   const double yield = 30.0 / std::sqrt(3.0);

@@ -47,8 +47,8 @@ RUBBER = ["scene.toml", "--material", "rubber"]
 # arguments, columns that must be there, rows
 TABLES = [
     (CREAM + ["--rates", "0.1:10:3"],
-     "shear_rate shear_stress first_normal_stress_difference second_normal_stress_difference viscosity pressure strain steady "
-     "analytic_stress small_strain_stress", 3),
+     "shear_rate shear_stress first_normal_stress_difference second_normal_stress_difference viscosity pressure strain "
+     "steady analytic_stress small_strain_stress", 3),
     (CREAM + ["--mode", "extension", "--rates", "1,2"],
      "extension_rate tensile_stress extensional_viscosity pressure strain steady analytic_stress small_strain_stress", 2),
     (CREAM + ["--mode", "planar", "--rates", "1", "--strain", "0.5", "--points", "10"],
@@ -64,8 +64,8 @@ TABLES = [
     (RUBBER + ["--mode", "creep", "--stresses", "20", "--points", "5"],
      "time shear_stress strain shear_rate pressure analytic_strain", 5),
     (SYRUP + ["--mode", "oscillation", "--frequencies", "10,50", "--amplitudes", "0.001"],
-     "angular_frequency strain_amplitude storage_modulus loss_modulus loss_angle complex_viscosity third_harmonic cycles steady "
-     "analytic_storage_modulus analytic_loss_modulus", 2),
+     "angular_frequency strain_amplitude storage_modulus loss_modulus loss_angle complex_viscosity third_harmonic cycles "
+     "steady analytic_storage_modulus analytic_loss_modulus", 2),
     (CREAM + ["--mode", "thixotropy", "--rates", "0.5,5,0", "--durations", "1,0.5,1", "--points", "10"],
      "time interval shear_rate strain shear_stress first_normal_stress_difference pressure analytic_steady_stress", 30),
 ]
