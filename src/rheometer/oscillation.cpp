@@ -71,7 +71,7 @@ LastCycle extrapolated(const OscillationSettings& settings, Oscillation oscillat
   return fine;
 }
 
-void append(const Oscillation& oscillation, const LastCycle& last, const Material& material, Table& table) {
+void append(const Oscillation& oscillation, const LastCycle& last, const Specimen& fresh, Table& table) {
   const Complex modulus = last.harmonics.first;
   Row row;
   row.add("angular_frequency", oscillation.frequency)
@@ -82,9 +82,10 @@ void append(const Oscillation& oscillation, const LastCycle& last, const Materia
       .add("complex_viscosity", std::abs(modulus) / oscillation.frequency)
       .add("third_harmonic", std::abs(last.harmonics.third) / std::abs(modulus));
   row.add("cycles", last.n_cycles).add("steady", last.steady ? 1.0 : 0.0);
-  if (const auto maxwell = maxwell_limit(material)) {
+  if (const auto maxwell = maxwell_limit(fresh.material())) {
     const DynamicModuli truth = dynamic_moduli(*maxwell, oscillation.frequency);
-    row.add("analytic_storage_modulus", truth.storage).add("analytic_loss_modulus", truth.loss);
+    row.add("analytic_storage_modulus", truth.storage / fresh.volume_ratio())
+        .add("analytic_loss_modulus", truth.loss / fresh.volume_ratio());
   }
   row.append_to(table);
 }
@@ -101,7 +102,7 @@ Measurement measure_oscillation(const Material& material, const OscillationSetti
       const Oscillation oscillation{amplitude, frequency,
                                     std::max(settings.steps_per_cycle, static_cast<int>(n_for_strain))};
       const LastCycle last = extrapolated(settings, oscillation, fresh);
-      append(oscillation, last, material, result.table);
+      append(oscillation, last, fresh, result.table);
       n_unsteady += last.steady ? 0 : 1;
     }
   if (n_unsteady > 0)

@@ -36,7 +36,8 @@ void append_start_up(const Specimen& specimen, const StartUpSettings& settings, 
     row.add("extension_rate", rate).add("strain", strain).add("tensile_stress", r.first_normal_difference);
   row.add("pressure", r.pressure);
   if (const auto structure = specimen.structure()) row.add("structure", *structure);
-  if (const auto truth = analytic_start_up(specimen.material(), settings, rate, strain)) row.add("analytic_stress", *truth);
+  if (const auto truth = analytic_start_up(specimen.material(), settings, rate, strain))
+    row.add("analytic_stress", *truth / specimen.volume_ratio());
   row.append_to(table);
 }
 
@@ -63,7 +64,7 @@ void append_interval(const ThixotropySettings& settings, int k, double begin, do
         .add("pressure", r.pressure);
     if (const auto structure = specimen.structure()) row.add("structure", *structure);
     if (std::holds_alternative<HerschelBulkley>(specimen.material()))
-      row.add("analytic_steady_stress", steady ? steady->stress : std::nan(""));
+      row.add("analytic_steady_stress", steady ? steady->stress / specimen.volume_ratio() : std::nan(""));
     row.append_to(table);
   }
   strain += rate * duration;
@@ -115,7 +116,9 @@ Measurement measure_relaxation(const Material& material, const RelaxationSetting
         .add("first_normal_stress_difference", r.first_normal_difference)
         .add("pressure", r.pressure);
     if (const auto structure = specimen.structure()) row.add("structure", *structure);
-    if (maxwell) row.add("analytic_stress", maxwell->modulus * settings.strain * std::exp(-time / maxwell->relaxation_time));
+    if (maxwell)
+      row.add("analytic_stress",
+              maxwell->modulus / specimen.volume_ratio() * settings.strain * std::exp(-time / maxwell->relaxation_time));
     row.append_to(result.table);
   }
   return result;

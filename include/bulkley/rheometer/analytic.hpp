@@ -1,5 +1,6 @@
 #pragma once
-// What theory says of the measurements, for the laws whose answer is known. Other laws have no analytic curve.
+// What theory says of the measurements, for the laws whose answer is known. Other laws have no analytic curve. Stresses and
+// moduli are those of the Kirchhoff stress; under a pressure the Cauchy stress is that over J, which no shear changes.
 
 #include <optional>
 

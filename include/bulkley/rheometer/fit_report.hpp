@@ -19,8 +19,8 @@ struct Suggestions {
 std::string fit_text(const Fit& fit, const FitSettings& settings);
 
 /// A table [materials.NAME] to paste into a scene. Density, bulk modulus and shear modulus are suggestions and say so: the
-/// bulk modulus density (10 speed)^2 keeps changes of density below a percent, the shear modulus is 20 times the largest stress.
-/// Not collective.
+/// bulk modulus density (10 speed)^2 keeps changes of density below a percent, the shear modulus is 20 times the largest
+/// stress. Not collective.
 std::string scene_snippet(const Fit& fit, const Suggestions& suggestions);
 
 /// Columns shear_rate, stress, fitted_stress, relative_residual. Not collective.

@@ -17,8 +17,8 @@ struct RootSearch {
 };
 
 /// x with |f(x)| <= tolerance, or the x next to which f jumps across 0 by more; nothing when f keeps its sign or is not a
-/// number on the way. f was evaluated at the x returned last. By bracketing, then regula falsi of the Illinois kind, whose bracket
-/// always closes. Not collective.
+/// number on the way. f was evaluated at the x returned last. By bracketing, then regula falsi of the Illinois kind, with
+/// halvings between. Not collective.
 std::optional<double> find_root(const RootSearch& search, const std::function<double(double)>& f);
 
 }  // namespace bulkley::rheometer

@@ -46,7 +46,7 @@ TEST(Fit, FindsExactDataAgain) {
       EXPECT_NEAR(fit.consistency.value, c.consistency, 1e-6 * c.consistency);
       EXPECT_NEAR(fit.flow_index.value, c.flow_index, 1e-6 * c.flow_index);
       EXPECT_GT(fit.r_squared, 1.0 - 1e-9);
-      EXPECT_LT(fit.relative_rms, 1e-6);
+      EXPECT_LT(fit.relative_rms, tolerance);
     }
 }
 

@@ -117,6 +117,19 @@ TEST(Creep, MaxwellLimitAndSolid) {
   EXPECT_NEAR(solid.table.column("strain").back(), 0.5, 1e-9);
 }
 
+// Theory is given for the Cauchy stress that is read off.
+TEST(Pressure, TheoryKnowsIt) {
+  constexpr double pressure = 1e4;  // 10 % of the moduli: J is 0.95 or so
+  const Measurement start_up = measure_start_up(rubber(), {.rates = {1.0}, .pressure = 1e5});
+  EXPECT_LT(difference(start_up.table, "shear_stress", "analytic_stress"), 1e-11);
+  const Measurement relaxation = measure_relaxation(maxwell(), {.strain = 0.01, .duration = 0.2, .pressure = pressure});
+  EXPECT_LT(difference(relaxation.table, "shear_stress", "analytic_stress"), 1e-3);
+  const Measurement creep = measure_creep(maxwell(), {.stresses = {20.0}, .duration = 0.5, .pressure = pressure});
+  EXPECT_LT(difference(creep.table, "strain", "analytic_strain"), 1e-3);
+  EXPECT_NEAR(creep.table.column("shear_rate").back(), creep.table.column("analytic_steady_rate").back(), 1e-3);
+  EXPECT_NEAR(creep.table.column("pressure").back(), pressure, 1e-4 * pressure);
+}
+
 TEST(Creep, LeavesOffAtTheLargestStrainAndSaysSo) {
   const Measurement m = measure_creep(maxwell(), {.stresses = {20.0}, .duration = 10.0, .largest_strain = 0.3});
   EXPECT_NEAR(m.table.column("strain").back(), 0.3, 1e-3);
