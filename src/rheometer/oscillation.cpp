@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "bulkley/rheometer/analytic.hpp"
+#include "bulkley/rheometer/steps.hpp"
 
 namespace bulkley::rheometer {
 
@@ -98,9 +99,8 @@ Measurement measure_oscillation(const Material& material, const OscillationSetti
   int n_unsteady = 0;
   for (const double amplitude : settings.amplitudes)
     for (const double frequency : settings.frequencies) {
-      const double n_for_strain = std::ceil(2.0 * std::numbers::pi * amplitude / settings.strain_per_step);
-      const Oscillation oscillation{amplitude, frequency,
-                                    std::max(settings.steps_per_cycle, static_cast<int>(n_for_strain))};
+      const int n_for_strain = count_steps(2.0 * std::numbers::pi * amplitude, settings.strain_per_step);
+      const Oscillation oscillation{amplitude, frequency, std::max(settings.steps_per_cycle, n_for_strain)};
       const LastCycle last = extrapolated(settings, oscillation, fresh);
       append(oscillation, last, fresh, result.table);
       n_unsteady += last.steady ? 0 : 1;

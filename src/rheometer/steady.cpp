@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "bulkley/rheometer/analytic.hpp"
+#include "bulkley/rheometer/steps.hpp"
 
 namespace bulkley::rheometer {
 
@@ -22,7 +23,7 @@ double driven_stress(Flow flow, const Reading& reading) {
 
 // One unit of strain after another.
 SteadyState march(const SteadySettings& settings, double rate, Specimen& specimen) {
-  const int steps_per_unit = static_cast<int>(std::ceil(1.0 / settings.strain_per_step));
+  const int steps_per_unit = count_steps(1.0, settings.strain_per_step);
   const double increment = 1.0 / steps_per_unit;
   SteadyState state{specimen.read(), 0.0, false};
   while (!state.steady && state.strain < settings.largest_strain) {

@@ -4,14 +4,13 @@
 #include <cmath>
 
 #include "bulkley/rheometer/analytic.hpp"
+#include "bulkley/rheometer/steps.hpp"
 
 namespace bulkley::rheometer {
 
 namespace {
 
 constexpr double instant = 1e-9;  // of the duration: the time that a step of strain takes
-
-int steps_for(double amount, double largest) { return std::max(1, static_cast<int>(std::ceil(amount / largest - 1e-9))); }
 
 std::optional<double> analytic_start_up(const Material& material, const StartUpSettings& settings, double rate,
                                         double strain) {
@@ -45,7 +44,7 @@ void append_start_up(const Specimen& specimen, const StartUpSettings& settings, 
 void append_interval(const ThixotropySettings& settings, int k, double begin, double& strain, Specimen& specimen,
                      Table& table) {
   const double rate = settings.rates[k], duration = settings.durations[k];
-  const int n_wanted = std::max(settings.n_steps, steps_for(rate * duration, settings.strain_per_step));
+  const int n_wanted = std::max(settings.n_steps, count_steps(rate * duration, settings.strain_per_step));
   const int per_point = (n_wanted + settings.n_points - 1) / settings.n_points;
   const int n_steps = per_point * settings.n_points;
   const double dt = duration / n_steps;
@@ -82,7 +81,7 @@ std::vector<double> logarithmic_times(double duration, int n) {
 Measurement measure_start_up(const Material& material, const StartUpSettings& settings) {
   Measurement result;
   const Specimen fresh = loaded_specimen(material, settings.pressure);
-  const int per_point = steps_for(settings.strain / settings.n_points, settings.strain_per_step);
+  const int per_point = count_steps(settings.strain / settings.n_points, settings.strain_per_step);
   const int n_steps = per_point * settings.n_points;
   const double increment = settings.strain / n_steps;
   for (const double rate : settings.rates) {
@@ -104,7 +103,7 @@ Measurement measure_relaxation(const Material& material, const RelaxationSetting
   double time = 0.0;
   for (const double end : logarithmic_times(settings.duration, settings.n_points)) {
     const double largest = std::min(1e-3 * std::max(time, end / 10.0), settings.duration / settings.n_steps);
-    const int n_steps = steps_for(end - time, largest);
+    const int n_steps = count_steps(end - time, largest);
     for (int k = 0; k < n_steps; ++k) specimen.advance(Flow::simple_shear, 0.0, (end - time) / n_steps);
     time = end;
     const Reading r = specimen.read();

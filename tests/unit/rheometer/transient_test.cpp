@@ -56,6 +56,11 @@ TEST(StartUp, MaxwellLimit) {
   EXPECT_NEAR(m.table.column("analytic_stress")[20], 20.0 * -std::expm1(-0.02 / 0.02), 1e-9);
 }
 
+TEST(StartUp, RefusesStepsWithoutEnd) {
+  EXPECT_THROW(measure_start_up(rubber(), {.rates = {1.0}, .strain_per_step = 1e-12}), UsageError);
+  EXPECT_THROW(measure_thixotropy(rubber(), {.rates = {1e12, 1.0, 1.0}}), UsageError);
+}
+
 TEST(Relaxation, MaxwellLimit) {
   const Measurement m = measure_relaxation(maxwell(), {.strain = 0.01, .duration = 0.2});
   EXPECT_LT(difference(m.table, "shear_stress", "analytic_stress"), 1e-3);

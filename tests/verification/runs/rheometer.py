@@ -40,6 +40,7 @@ density = 1000
 bulk_modulus = 1e6
 shear_modulus = 2000
 """
+PAGE = pathlib.Path(__file__).resolve().parents[3] / "docs" / "rheometer.md"
 CREAM = ["--preset", "cream"]
 SYRUP = ["scene.toml", "--material", "syrup"]
 RUBBER = ["scene.toml", "--material", "rubber"]
@@ -159,6 +160,10 @@ def main():
         list(pool.map(refuses, REFUSED))
     if list((work / "out").glob("*.part.csv")):
         fail("a passing file was left")
+
+    page = PAGE.read_text(encoding="utf-8")
+    if missing := {c for _, columns, _ in TABLES for c in columns.split() if f"`{c}`" not in page}:
+        fail(f"docs/rheometer.md does not explain these columns: {missing}")
 
     # On two ranks one of them measures, and without --out it prints.
     two = program.run(["rheometer", *TABLES[0][0]], 2, work, 60)
