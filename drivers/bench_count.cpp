@@ -94,7 +94,8 @@ WorkTerm stress(const WorkCase& w) {
 WorkTerm locate(const WorkCase&) { return {"locate", cell, 3 * 10}; }  // x is in cache; writes the cell back
 
 WorkTerm sort(const WorkCase& w) {
-  const ParticleSet particles(w.transfer.needs_velocity_gradient());
+  const ParticleSet particles(w.transfer.needs_velocity_gradient() ? OptionalFields{Field::velocity_gradient}
+                                                                   : OptionalFields{});
   double bytes = 4 * cell;  // reads the cells, writes the order blindly, and the cells in it
   for (const ParticleSet::Column& column : particles.columns())
     if (column.moves) bytes += 3.0 * static_cast<double>(column.element_size) + cell;  // read, written blindly, by the order

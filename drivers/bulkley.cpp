@@ -61,6 +61,7 @@ ExitCode run_program(const Comm& comm, int argc, char** argv) {
   add("rheometer", "measure a material at one point, with the solver's kernel, or fit a measured flow curve", add_rheometer);
   add("bench", "time the phases of a step on a fixed scene", add_bench);
   add("input-reference", "print the reference page of the scene file", add_input_reference);
+  add("presets", "list the materials known by name", add_presets);
 
   if (argc > 1 && argv[1][0] != '-')
     if (const std::string fault = command_fault(argv[1], entries); !fault.empty()) {

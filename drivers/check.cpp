@@ -20,10 +20,10 @@ void print(const Scene& scene, const Forecast& f) {
              grid.n_cells[2], grid.cell_size, GlobalIndex{grid.n_nodes(0)} * grid.n_nodes(1) * grid.n_nodes(2),
              grid.n_tiles());
   fmt::print("particles  {}\n", f.n_particles);
-  fmt::print("\n{:<16}{:<16}{:>12}{:>12}{:>12}{:>10}{:>12}{:>10}{:>10}{:>10}\n", "body", "material", "particles",
+  fmt::print("\n{:<21}{:<21}{:>12}{:>12}{:>12}{:>10}{:>12}{:>10}{:>10}{:>10}\n", "body", "material", "particles",
              "mass [kg]", "U [m/s]", "L [m]", "c [m/s]", "Re", "Bi", "Ma");
   for (const BodyForecast& b : f.bodies)
-    fmt::print("{:<16}{:<16}{:>12}{:>12.4g}{:>12}{:>10.3g}{:>12.4g}{:>10}{:>10}{:>10}\n", b.name, b.material, b.n_particles,
+    fmt::print("{:<21}{:<21}{:>12}{:>12.4g}{:>12}{:>10.3g}{:>12.4g}{:>10}{:>10}{:>10}\n", b.name, b.material, b.n_particles,
                b.mass, fmt::format("{:.4g}{}", b.speed, b.at_rest ? "*" : ""), b.size, b.wave_speed,
                dimensionless(b.reynolds), dimensionless(b.bingham), dimensionless(b.mach));
   for (const BodyForecast& b : f.bodies)

@@ -22,6 +22,7 @@ Command add_compare(CLI::App& app);
 Command add_bench(CLI::App& app);
 Command add_rheometer(CLI::App& app);
 Command add_input_reference(CLI::App& app);
+Command add_presets(CLI::App& app);
 
 /// A scene file and its overrides, as several subcommands take them.
 struct SceneArguments {

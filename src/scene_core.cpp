@@ -11,6 +11,7 @@
 #include "bulkley/io/settings_keys.hpp"
 #include "bulkley/kernel/boundary_keys.hpp"
 #include "bulkley/kernel/grid_keys.hpp"
+#include "bulkley/kernel/stress_update.hpp"
 #include "bulkley/kernel/transfer_keys.hpp"
 #include "bulkley/material/material_keys.hpp"
 #include "bulkley/particle/body_keys.hpp"
@@ -55,6 +56,22 @@ void require_different_names(const Value& root, const char* list_key, Faults& fa
   }
 }
 
+/// Frames hold the internal variables of the scene's laws, unless the scene says what they hold.
+void choose_frame_fields(const Value& root, Scene& scene, Faults& faults) {
+  const OptionalFields present = internal_fields(scene.materials);
+  const Value* output = root.find("output");
+  const Value* given = output ? output->find("fields") : nullptr;
+  for (const FieldInfo& field : field_table) {
+    if (!field.optional || !field.written) continue;
+    const bool listed =
+        std::find(scene.output.fields.begin(), scene.output.fields.end(), field.name) != scene.output.fields.end();
+    if (!given && present.contains(field.field)) scene.output.fields.emplace_back(field.name);
+    if (given && listed && !present.contains(field.field))
+      faults.add(given->place, fmt::format("'output.fields' names '{}', which no law among the scene's materials has ({})",
+                                           field.name, field.meaning));
+  }
+}
+
 /// What several tables have to agree on, and the members that follow from several tables.
 void join_tables(const Value& root, Scene& scene, Faults& faults) {
   scene.grid.order = scene.transfer.order;
@@ -64,6 +81,7 @@ void join_tables(const Value& root, Scene& scene, Faults& faults) {
   require_different_names(root, "bodies", faults);
   require_different_names(root, "colliders", faults);
   assign_materials(root, scene, faults);
+  choose_frame_fields(root, scene, faults);
   for (const Value& body : root.find("bodies")->items) scene.body_places.push_back(body.place.text());
 }
 

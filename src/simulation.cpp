@@ -35,6 +35,8 @@ class Simulation {
       : comm_(comm), scene_(scene), options_(options) {
     clock_.start = last_progress_ = last_checkpoint_time_ = MPI_Wtime();
     prepare_folder();
+    for (const NamedMaterial& material : scene_.materials)
+      if (!material.caveat.empty()) warn(fmt::format("material '{}': {}", material.name, material.caveat));
     const GlobalIndex restart_step = options_.restart ? restore() : start();
     clock_.first_step = state_.step;
     history_ = std::make_unique<History>(comm_, options_.folder, history_columns(), restart_step);
@@ -138,7 +140,7 @@ GlobalIndex Simulation::restore() {
   state_ = load_state(header.step, header.time, header.reals, header.integers);
 
   // Each rank reads an equal share in the order of the file; then the partition is made, then particles go to their ranks.
-  ParticleSet particles(scene_.transfer.needs_velocity_gradient());
+  ParticleSet particles(optional_fields(scene_));
   const GlobalIndex n = header.n_particles;
   const GlobalIndex first = n * comm_.rank() / comm_.size(), last = n * (comm_.rank() + 1) / comm_.size();
   read_checkpoint(comm_, file, first, last - first, particles);

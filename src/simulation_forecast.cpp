@@ -7,6 +7,7 @@
 #include <limits>
 #include <numeric>
 #include <set>
+#include <type_traits>
 
 #include "bulkley/forecast.hpp"
 #include "bulkley/simulation_setup.hpp"
@@ -21,11 +22,23 @@ constexpr double undefined = std::numeric_limits<double>::quiet_NaN();
 struct FlowStress {
   double total = undefined, yield = undefined;
 };
-FlowStress flow_stress(const Material& material, double shear_rate) {
-  const auto* fluid = std::get_if<HerschelBulkley>(&material);
-  if (!fluid) return {};
-  const ShearRheometerConstants c = shear_rheometer_constants(fluid->parameters);
-  return {c.yield_stress + c.consistency * std::pow(shear_rate, c.flow_index), c.yield_stress};
+FlowStress flow_stress(const Material& material, double rate) {
+  return std::visit(
+      [rate]<class Law>(const Law& law) -> FlowStress {
+        const auto& p = law.parameters;
+        if constexpr (std::is_same_v<Law, Newtonian>) {
+          return {p.viscosity * rate, 0.0};
+        } else if constexpr (std::is_same_v<Law, OldroydB>) {
+          return {(p.solvent_viscosity + p.shear_modulus * p.relaxation_time) * rate, 0.0};
+        } else if constexpr (std::is_base_of_v<HerschelBulkley::Parameters, typename Law::Parameters>) {
+          const ShearRheometerConstants c = shear_rheometer_constants(p);  // of the full structure, if it has one
+          return {c.yield_stress + c.consistency * std::pow(rate, c.flow_index) + p.background_viscosity * rate,
+                  c.yield_stress};
+        } else {
+          return {};
+        }
+      },
+      material);
 }
 
 BodyForecast body_forecast(const Comm& comm, const Scene& scene, const Body& body) {
@@ -66,7 +79,7 @@ constexpr double library_bytes = 5.0e6;
 // Bytes by rank: particles with their work arrays, pool nodes, owned nodes, and the tables over all tiles.
 std::vector<double> memory_estimates(const Scene& scene, const Partition& partition, std::span<const GlobalIndex> load,
                                      int n_ranks) {
-  const ParticleSet sample(scene.transfer.needs_velocity_gradient());
+  const ParticleSet sample(optional_fields(scene));
   // Particles, one column of scratch for sorting, cell and order of each.
   const double per_particle = static_cast<double>(sample.bytes_per_particle()) + 8.0 + 2.0 * sizeof(LocalIndex);
   const double vectors = scene.transfer.flip_fraction() > 0.0 ? 2.0 : 1.0;
@@ -94,8 +107,7 @@ std::vector<double> memory_estimates(const Scene& scene, const Partition& partit
 }  // namespace
 
 double wave_speed_at_rest(const Material& material) {
-  const State<double> rest{isochoric_identity<double>(), 1.0};
-  return std::visit([&](const auto& law) { return std::sqrt(law.wave_speed_squared(rest)); }, material);
+  return std::visit([](const auto& law) { return std::sqrt(law.wave_speed_squared(state_at_rest(law))); }, material);
 }
 
 Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks) {
@@ -107,11 +119,15 @@ Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks) {
     const BodyForecast& b = f.bodies.back();
     if (!b.at_rest) start.speed.include(b.speed, -1);
     start.wave_speed.include(b.wave_speed, -1);
+    std::visit([&](const auto& law) { start.viscosity.include(law.viscosity() / law.density(), -1); },
+               scene.materials[body.material_index].material);
     if (b.mach > 0.3)
       f.warnings.push_back(fmt::format(
           "body '{}' moves at Mach {:.2f}: impacts will compress it noticeably; a larger bulk_modulus makes it stiffer",
           b.name, b.mach));
   }
+  for (const NamedMaterial& material : scene.materials)
+    if (!material.caveat.empty()) f.warnings.push_back(fmt::format("material '{}': {}", material.name, material.caveat));
   const std::vector<GlobalIndex> load = seeded_load(comm, scene);
   const Partition partition = make_partition(scene.grid, scene.partition, load, n_ranks);
   f.process_grid = partition.n_ranks;

@@ -1,9 +1,17 @@
 #include "bulkley/simulation_setup.hpp"
 
+#include "bulkley/kernel/stress_update.hpp"
+
 namespace bulkley {
 
 Physics physics_of(const Scene& scene) {
   return {scene.grid, scene.transfer, scene.time, scene.gravity, scene.materials, scene.faces, scene.colliders};
+}
+
+OptionalFields optional_fields(const Scene& scene) {
+  OptionalFields fields = internal_fields(scene.materials);
+  if (scene.transfer.needs_velocity_gradient()) fields.insert(Field::velocity_gradient);
+  return fields;
 }
 
 namespace {
@@ -39,8 +47,10 @@ ParticleSet seed_share(const Comm& comm, const Scene& scene, const Partition& pa
   std::vector<TileIndex> tiles;
   for (std::size_t tile = 0; tile < partition.worker.size(); ++tile)
     if (partition.worker[tile] == comm.rank()) tiles.push_back(static_cast<TileIndex>(tile));
-  ParticleSet particles(scene.transfer.needs_velocity_gradient());
+  ParticleSet particles(optional_fields(scene));
   collective_guard(comm, [&] { seed_particles(scene.grid, scene.bodies, tiles, particles); });
+  for (std::size_t m = 0; m < scene.materials.size(); ++m)
+    set_internal_variables(scene.materials[m].material, static_cast<std::uint8_t>(m), particles);
   return particles;
 }
 

@@ -31,6 +31,8 @@ void for_each_number(State& state, Visit visit) {
   visit("bounds.speed_id", b.speed.id);
   visit("bounds.wave_speed", b.wave_speed.value);
   visit("bounds.wave_speed_id", b.wave_speed.id);
+  visit("bounds.viscosity", b.viscosity.value);
+  visit("bounds.viscosity_id", b.viscosity.id);
   visit("bounds.velocity_gradient", b.velocity_gradient.value);
   visit("bounds.velocity_gradient_id", b.velocity_gradient.id);
   visit("bounds.mass", b.mass);

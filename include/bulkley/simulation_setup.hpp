@@ -12,6 +12,9 @@ namespace bulkley {
 /// The part of a scene that the solver needs.
 Physics physics_of(const Scene& scene);
 
+/// The fields that the scene's particles have beside those that all have. Not collective.
+OptionalFields optional_fields(const Scene& scene);
+
 /// Particles per tile of the scene's bodies; each rank counts a share of the tiles. Collective.
 std::vector<GlobalIndex> seeded_load(const Comm& comm, const Scene& scene);
 

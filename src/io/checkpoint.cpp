@@ -25,17 +25,19 @@ std::string file_name(GlobalIndex step, const char* suffix) { return fmt::format
 
 std::string array_path(const FieldInfo& field) { return std::string("/particles/") + field.name; }
 
-std::vector<FieldInfo> written_fields() {
+/// The fields of a checkpoint of particles for which `has(field)`.
+template <class Has>
+std::vector<FieldInfo> written_fields(const Has& has) {
   std::vector<FieldInfo> fields;
-  std::copy_if(field_table.begin(), field_table.end(), std::back_inserter(fields),
-               [](const FieldInfo& f) { return f.written; });
+  for (const FieldInfo& f : field_table)
+    if (f.written && (!f.optional || has(f))) fields.push_back(f);
   return fields;
 }
-
-std::vector<std::string> array_paths() {
-  std::vector<std::string> paths{"/particles/connectivity"};
-  for (const FieldInfo& field : written_fields()) paths.push_back(array_path(field));
-  return paths;
+std::vector<FieldInfo> written_fields(const ParticleSet& particles) {
+  return written_fields([&](const FieldInfo& field) { return particles.has(field.field); });
+}
+std::vector<FieldInfo> written_fields(const Hdf5Reader& file) {
+  return written_fields([&](const FieldInfo& field) { return file.has(array_path(field)); });
 }
 
 std::uint32_t header_crc(const CheckpointHeader& header) {
@@ -83,7 +85,7 @@ CheckpointHeader checked_header(const Hdf5Reader& file) {
   if (GlobalIndex{header_crc(header)} != file.integer("/", "header_crc32"))
     refuse("its header is damaged (the checksum does not match)");
 
-  for (const FieldInfo& field : written_fields()) {
+  for (const FieldInfo& field : written_fields(file)) {
     const ArrayInfo array = file.array(array_path(field));
     Extents shape = row_shape(field.n_components);
     shape.insert(shape.begin(), header.n_particles);
@@ -130,7 +132,7 @@ void write_checkpoint(const Comm& comm, const std::string& folder, const Checkpo
   header = unpack_header(broadcast_text(comm, pack_header(header)));
 
   FileContent content{format_name, checkpoint_version, header_attributes(header), {}};
-  for (const FieldInfo& field : written_fields()) {
+  for (const FieldInfo& field : written_fields(particles)) {
     Array array = particle_array(field.name, stored_type(field.type), field.n_components, range);
     array.unit = field.unit;
     array.meaning = field.meaning;
@@ -156,7 +158,13 @@ CheckpointHeader read_header(const Comm& comm, const std::string& file) {
 
 CheckpointHeader verify_checkpoint(const Comm& comm, const std::string& file) {
   CheckpointHeader header = read_header(comm, file);
-  verify_arrays(comm, file, array_paths());
+  std::string paths;
+  root_guard(comm, [&] {
+    const Hdf5Reader reader(file);
+    paths = "/particles/connectivity";
+    for (const FieldInfo& field : written_fields(reader)) paths += "\n" + array_path(field);
+  });
+  verify_arrays(comm, file, split_lines(broadcast_text(comm, std::move(paths))));
   return header;
 }
 
@@ -174,7 +182,10 @@ void read_checkpoint(const Comm& comm, const std::string& file, GlobalIndex firs
     const Hdf5Reader reader(file);
     particles.resize(0);
     particles.resize(static_cast<LocalIndex>(count));
-    for (const FieldInfo& field : written_fields()) {
+    for (const FieldInfo& field : written_fields(particles)) {
+      if (!reader.has(array_path(field)))
+        throw RunError(
+            fmt::format("'{}' does not hold '{}', which the law of a material in the scene needs", file, field.name));
       names.push_back(array_path(field));
       stored.push_back(stored_crc(reader, names.back()));
       pieces.push_back(read_rows(

@@ -122,13 +122,20 @@ bool same_bits(double a, double b) { return std::memcmp(&a, &b, sizeof a) == 0; 
 
 Comparison compare_checkpoints(const Comm& comm, const std::string& file_a, const std::string& file_b) {
   const CheckpointHeader a = verify_checkpoint(comm, file_a), b = verify_checkpoint(comm, file_b);
-  Comparison result{false, a.step, b.step, a.time, b.time, a.n_particles, b.n_particles, 0, 0, -1, -1, {}};
+  Comparison result{false, a.step, b.step, a.time, b.time, a.n_particles, b.n_particles, 0, 0, -1, -1, {}, {}};
   root_guard(comm, [&] {
     const Hdf5Reader reader_a(file_a), reader_b(file_b);
     const std::vector<Match> matches = match(sorted_ids(reader_a), sorted_ids(reader_b), result);
-    for (const FieldInfo& field : field_table)
-      if (field.written) result.fields.push_back(compare_field(reader_a, reader_b, field, matches));
+    for (const FieldInfo& field : field_table) {
+      if (!field.written) continue;
+      const bool in_a = reader_a.has(array_path(field.name)), in_b = reader_b.has(array_path(field.name));
+      if (in_a && in_b)
+        result.fields.push_back(compare_field(reader_a, reader_b, field, matches));
+      else if (in_a || in_b)
+        result.only_in_one.emplace_back(field.name);
+    }
     result.identical = a.step == b.step && same_bits(a.time, b.time) && result.n_only_a + result.n_only_b == 0 &&
+                       result.only_in_one.empty() &&
                        std::all_of(result.fields.begin(), result.fields.end(),
                                    [](const FieldDifference& field) { return field.n_different == 0; });
   });
@@ -140,6 +147,7 @@ Comparison compare_checkpoints(const Comm& comm, const std::string& file_a, cons
 
 bool within(const Comparison& comparison, double tolerance) {
   return comparison.step_a == comparison.step_b && comparison.n_only_a + comparison.n_only_b == 0 &&
+         comparison.only_in_one.empty() &&
          std::abs(comparison.time_a - comparison.time_b) <= tolerance * std::abs(comparison.time_a) &&
          std::all_of(comparison.fields.begin(), comparison.fields.end(),
                      [&](const FieldDifference& field) { return field.largest_absolute <= tolerance * field.scale; });
@@ -157,6 +165,7 @@ std::string comparison_text(const Comparison& comparison) {
   if (comparison.n_only_b > 0)
     text +=
         fmt::format("{} particles only in the second file, smallest id {}\n", comparison.n_only_b, comparison.first_only_b);
+  for (const std::string& name : comparison.only_in_one) text += fmt::format("{}: only in one of the files\n", name);
   for (const FieldDifference& field : comparison.fields)
     if (field.n_different > 0)
       text += fmt::format("{}: {} values differ, by at most {:.3g} {} (particle {}), relatively {:.3g} (particle {})\n",

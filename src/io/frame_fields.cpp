@@ -124,7 +124,7 @@ std::vector<std::string> frame_field_names() {
 Array frame_array(const std::string& name, FloatPrecision precision, const ParticleRange& range,
                   const ParticleSet& particles) {
   for (const FieldInfo& field : field_table)
-    if (field.written && name == field.name) return table_array(field, precision, range, particles);
+    if (field.written && name == field.name && particles.has(field.field)) return table_array(field, precision, range, particles);
   for (const RealField& field : derived_fields)
     if (name == field.name) return derived_array(field, precision, range, particles);
   throw UsageError(

@@ -14,7 +14,7 @@ namespace {
 
 // Per-lane extremes, merged over lanes once.
 struct LaneExtremes {
-  Extreme wave_speed;
+  Extreme wave_speed, viscosity;
   Pack stress_volume_squared{};
   Pack smallest_volume_ratio = broadcast<Pack>(std::numeric_limits<double>::infinity());
   Pack largest_volume_ratio{};
@@ -26,8 +26,14 @@ struct LaneExtremes {
     largest_volume_ratio = select(valid & (J > largest_volume_ratio), J, largest_volume_ratio);
   }
 
+  void include_viscosity(PackMask valid, Pack value, const GlobalIndex* id) {
+    for (int lane = 0; lane < n_lanes; ++lane)
+      if (valid[lane] && value[lane] >= viscosity.value) viscosity.include(value[lane], id[lane]);
+  }
+
   void merge_into(StepBounds& bounds) const {
     bounds.wave_speed.include(wave_speed);
+    bounds.viscosity.include(viscosity);
     for (int lane = 0; lane < n_lanes; ++lane) {
       bounds.stress_volume = std::max(bounds.stress_volume, std::sqrt(stress_volume_squared[lane]));
       bounds.smallest_volume_ratio = std::min(bounds.smallest_volume_ratio, smallest_volume_ratio[lane]);
@@ -50,10 +56,26 @@ PackMask lane_numbers() {
   return lane;
 }
 
+// The columns of a law's internal variables, in the order of its state.
+template <class Law>
+struct InternalColumns {
+  static constexpr int n = n_internal<Law>;
+  double* column[n > 0 ? n : 1];
+
+  explicit InternalColumns([[maybe_unused]] ParticleSet& particles) {
+    [[maybe_unused]] int k = 0;
+    for (const Internal variable : Law::internal)
+      for (int c = 0; c < n_components(variable); ++c) column[k++] = particles.real(field_of(variable), c);
+  }
+};
+
 // A sum of absolute values is finite only if every addend is.
-PackMask is_finite(const State<Pack>& state, const Update<Pack>& result) {
+template <int n>
+PackMask is_finite(const State<Pack, n>& state, const Update<Pack>& result) {
   Pack sum = state.volume_ratio + result.plastic_shear_rate + result.dissipation;
   for (int c = 0; c < 6; ++c) sum += absolute(state.left_cauchy_green.c[c]) + absolute(result.kirchhoff_stress.c[c]);
+  if constexpr (n > 0)
+    for (const Pack& variable : state.internal) sum += absolute(variable);
   return absolute(sum) < broadcast<Pack>(std::numeric_limits<double>::infinity());
 }
 
@@ -71,6 +93,8 @@ template <class Law>
                                  ParticleSet& particles, StepBounds& bounds, ParticleBlock block) {
   const FieldColumns<9> velocity_gradient(particles, gradient);
   const MutableColumns<6> left_cauchy_green(particles, Field::left_cauchy_green);
+  const InternalColumns<Law> internal(particles);
+  const auto rest = state_at_rest(law);
   const MutableColumns<1> volume_ratio(particles, Field::volume_ratio);
   const MutableColumns<6> kirchhoff_stress(particles, Field::kirchhoff_stress);
   const MutableColumns<1> plastic_shear_rate(particles, Field::plastic_shear_rate);
@@ -81,6 +105,7 @@ template <class Law>
   const LocalIndex end = std::min(block.end, particles.size());
   const PackMask lane = lane_numbers();
   const Pack zero{};
+  const double kinematic_viscosity = law.viscosity() / law.density();
   LaneExtremes extremes;
 
   for (LocalIndex p = block.begin; p < end; p += n_lanes) {
@@ -98,10 +123,13 @@ template <class Law>
     // Other lanes compute a particle at rest: cheap, and free of their material's or the padding's numbers.
     Tensor<Pack> L;
     for (int c = 0; c < 9; ++c) L.c[c] = select(mine, velocity_gradient(p, c), zero);
-    State<Pack> state;
+    State<Pack, n_internal<Law>> state;
     for (int c = 0; c < 6; ++c)
       state.left_cauchy_green.c[c] = select(mine, left_cauchy_green(p, c), broadcast<Pack>(c < 3 ? 1.0 : 0.0));
     state.volume_ratio = select(mine, volume_ratio(p), broadcast<Pack>(1.0));
+    if constexpr (internal.n > 0)
+      for (int k = 0; k < internal.n; ++k)
+        state.internal[k] = select(mine, load(internal.column[k] + p), broadcast<Pack>(rest.internal[k]));
 
     Tensor<Pack> f;
     for (int c = 0; c < 9; ++c) f.c[c] = L.c[c] * dt;
@@ -121,11 +149,17 @@ template <class Law>
     for (int c = 0; c < 6; ++c) put(left_cauchy_green, state.left_cauchy_green.c[c], c);
     for (int c = 0; c < 6; ++c) put(kirchhoff_stress, result.kirchhoff_stress.c[c], c);
     put(volume_ratio, state.volume_ratio);
+    if constexpr (internal.n > 0)
+      for (int k = 0; k < internal.n; ++k) {
+        double* value = internal.column[k] + p;
+        store(value, select(valid, state.internal[k], load(value)));
+      }
     if constexpr (Law::flows) {
       put(plastic_shear_rate, result.plastic_shear_rate);
       put(plastic_dissipation, plastic_dissipation(p) + result.dissipation);
     }
 
+    if (kinematic_viscosity > 0.0) extremes.include_viscosity(valid, kinematic_viscosity * state.volume_ratio, id + p);
     const Pack volume = reference_volume(p);
     extremes.include(valid, law.wave_speed_squared(state), id + p, (volume * volume) * norm_squared(result.kirchhoff_stress),
                      state.volume_ratio);
@@ -134,6 +168,41 @@ template <class Law>
 }
 
 }  // namespace
+
+Field field_of(Internal variable) {
+  switch (variable) {
+    case Internal::structure:
+      return Field::structure;
+    case Internal::hardening:
+      return Field::hardening;
+    case Internal::plastic_volume_ratio:
+      return Field::plastic_volume_ratio;
+    case Internal::viscous_left_cauchy_green:
+      break;
+  }
+  return Field::viscous_left_cauchy_green;
+}
+
+void set_internal_variables(const Material& material, std::uint8_t material_index, ParticleSet& particles) {
+  std::visit(
+      [&]<class Law>(const Law& law) {
+        if constexpr (n_internal < Law >> 0) {
+          const InternalColumns<Law> internal(particles);
+          const auto rest = state_at_rest(law);
+          for (LocalIndex p = 0; p < particles.size(); ++p)
+            if (particles.material()[p] == material_index)
+              for (int k = 0; k < internal.n; ++k) internal.column[k][p] = rest.internal[k];
+        }
+      },
+      material);
+}
+
+OptionalFields internal_fields(std::span<const NamedMaterial> materials) {
+  OptionalFields fields;
+  for (const NamedMaterial& named : materials)
+    for (const Internal variable : internal_variables(named.material)) fields.insert(field_of(variable));
+  return fields;
+}
 
 void stress_update(const Material& material, std::uint8_t material_index, Field gradient, double dt, ParticleSet& particles,
                    StepBounds& bounds, ParticleBlock block) {

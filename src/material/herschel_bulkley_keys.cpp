@@ -19,56 +19,15 @@ void assign(const std::optional<double>& from, double& to) {
 }  // namespace
 
 const config::Keys<HerschelBulkleyInput>& LawKeys<HerschelBulkley>::table() {
-  using Input = HerschelBulkleyInput;
-  constexpr auto flow_range = config::between(0.1, 3.0);
-  const std::string elsewhere = "from `preset`, else required";
-  const std::string either = "from `preset`, else required in one convention";
-  static const auto keys =
-      config::Keys<Input>(
-          "A fluid that flows above a yield stress and is elastic below it. The flow is given by `yield_stress`, "
-          "`consistency` "
-          "and `flow_index` as a shear rheometer reports them, or by `sigma_Y`, `eta` and `h` of Yue et al. (2015); never "
-          "mixed: sigma_Y = sqrt(3) yield_stress, eta = 2^((1 + n)/2) consistency.")
-          .key("density", &Input::density,
-               {.about = "Density at rest.", .unit = "kg/m^3", .range = config::above(0.0), .default_text = elsewhere})
-          .key("bulk_modulus", &Input::bulk_modulus,
-               {.about = "Resistance to a change of volume.",
-                .unit = "Pa",
-                .range = config::above(0.0),
-                .default_text = elsewhere})
-          .key("shear_modulus", &Input::shear_modulus,
-               {.about = "Elastic resistance to shear.",
-                .unit = "Pa",
-                .range = config::at_least(0.0),
-                .default_text = elsewhere})
-          .key("yield_stress", &Input::yield_stress,
-               {.about = "Shear stress at which the fluid begins to flow: tau = yield_stress + consistency * "
-                         "shear_rate^flow_index.",
-                .unit = "Pa",
-                .range = config::at_least(0.0),
-                .default_text = either})
-          .key("consistency", &Input::consistency,
-               {.about = "Factor of the shear rate's power.",
-                .unit = "Pa s^n",
-                .range = config::at_least(0.0),
-                .default_text = either})
-          .key("flow_index", &Input::flow_index,
-               {.about = "Power n of the shear rate; below 1 the fluid thins with the rate, above it thickens.",
-                .unit = "",
-                .range = flow_range,
-                .default_text = either})
-          .key("sigma_Y", &Input::sigma_Y,
-               {.about = "Yield stress in uniaxial (von Mises) terms.",
-                .unit = "Pa",
-                .range = config::at_least(0.0),
-                .default_text = either})
-          .key("eta", &Input::eta,
-               {.about = "Viscosity of Yue's flow rule; 0: perfectly plastic.",
-                .unit = "Pa s^h",
-                .range = config::at_least(0.0),
-                .default_text = either})
-          .key("h", &Input::h,
-               {.about = "Power of Yue's flow rule, the same as flow_index.", .range = flow_range, .default_text = either});
+  static const auto keys = [] {
+    config::Keys<Input> k(
+        "A fluid that flows above a yield stress and is elastic below it. The flow is given by `yield_stress`, "
+        "`consistency` "
+        "and `flow_index` as a shear rheometer reports them, or by `sigma_Y`, `eta` and `h` of Yue et al. (2015); never "
+        "mixed: sigma_Y = sqrt(3) yield_stress, eta = 2^((1 + n)/2) consistency.");
+    add_flow_keys(k);
+    return k;
+  }();
   return keys;
 }
 
@@ -79,6 +38,7 @@ void LawKeys<HerschelBulkley>::fill(const config::Value& table, const Input& inp
   assign(input.density, p.density);
   assign(input.bulk_modulus, p.bulk_modulus);
   assign(input.shear_modulus, p.shear_modulus);
+  assign(input.background_viscosity, p.background_viscosity);
   const bool rheometer = config::first_given(table, rheometer_names) != nullptr;
   ShearRheometerConstants flow = shear_rheometer_constants(p);
   if (rheometer) {
@@ -115,21 +75,29 @@ void LawKeys<HerschelBulkley>::fill(const config::Value& table, const Input& inp
   }
 }
 
-config::Value LawKeys<HerschelBulkley>::write(const HerschelBulkley& law) {
-  const HerschelBulkley::Parameters& p = law.parameters;
-  Input input;
+HerschelBulkleyInput flow_input(const HerschelBulkley::Parameters& p) {
+  HerschelBulkleyInput input;
   input.density = p.density;
   input.bulk_modulus = p.bulk_modulus;
   input.shear_modulus = p.shear_modulus;
   input.sigma_Y = p.sigma_Y;
   input.eta = p.eta;
   input.h = p.h;
-  config::Value value = table().write(input);
+  input.background_viscosity = p.background_viscosity;
+  return input;
+}
+
+std::string rheometer_comment(const HerschelBulkley::Parameters& p) {
   const ShearRheometerConstants flow = shear_rheometer_constants(p);
-  value.comment = fmt::format(
+  return fmt::format(
       "in the shear rheometer's convention: yield_stress = {:.6g} Pa, consistency = {:.6g} Pa s^n, "
       "flow_index = {:.6g}",
       flow.yield_stress, flow.consistency, flow.flow_index);
+}
+
+config::Value LawKeys<HerschelBulkley>::write(const HerschelBulkley& law) {
+  config::Value value = table().write(flow_input(law.parameters));
+  value.comment = rheometer_comment(law.parameters);
   return value;
 }
 

@@ -2,9 +2,8 @@
 
 #include <fmt/format.h>
 
-#include "bulkley/material/herschel_bulkley_keys.hpp"
-#include "bulkley/material/neo_hookean_keys.hpp"
 #include "bulkley/material/preset.hpp"
+#include "law_keys.hpp"
 
 namespace bulkley {
 namespace {
@@ -29,7 +28,7 @@ std::vector<std::string> law_names() {
 }
 
 /// The law that a table starts from, with NaN or a preset's values in its parameters.
-bool starting_point(const Value& table, Material& material, Faults& faults) {
+bool starting_point(const Value& table, NamedMaterial& named, Faults& faults) {
   const Value* law = table.find("law");
   const Value* preset = table.find("preset");
   if (law && preset) {
@@ -48,28 +47,29 @@ bool starting_point(const Value& table, Material& material, Faults& faults) {
   std::size_t index = 0;
   if (!config::read_choice(law ? *law : *preset, names, index, faults)) return false;
   if (preset) {
-    material = presets()[index].material;
+    named.material = presets()[index].material;
+    named.caveat = caveat(presets()[index]);
     return true;
   }
   visit_laws([&](const auto& candidate) {
-    if (candidate.law_name == names[index]) material = candidate;
+    if (candidate.law_name == names[index]) named.material = candidate;
   });
   return true;
 }
 
-bool read_material(const Value& table, Material& material, Faults& faults) {
-  if (!config::expect_table(table, faults) || !starting_point(table, material, faults)) return false;
+bool read_material(const Value& table, NamedMaterial& named, Faults& faults) {
+  if (!config::expect_table(table, faults) || !starting_point(table, named, faults)) return false;
   const std::size_t faults_before = faults.size();
   std::visit(
       [&]<class Law>(Law& law) {
-        typename LawKeys<Law>::Input input;
+        typename LawKeys<Law>::Input input = LawKeys<Law>::start(law);
         if (!LawKeys<Law>::table().read(table, input, faults, {"law", "preset"})) return;
         LawKeys<Law>::fill(table, input, law, faults);
         if (faults.size() != faults_before) return;
         if (const auto fault = parameter_fault(law.parameters))
           faults.add(table.place, fmt::format("{}: {}", config::table_name(table.path), *fault));
       },
-      material);
+      named.material);
   return faults.size() == faults_before;
 }
 
@@ -97,8 +97,8 @@ bool Codec<std::vector<NamedMaterial>>::read(const Value& value, const Rule&, st
   bool sound = true;
   out.clear();
   for (const Value& table : value.items) {
-    NamedMaterial named{table.key, {}};
-    sound = read_material(table, named.material, faults) && sound;
+    NamedMaterial named{table.key, {}, {}};
+    sound = read_material(table, named, faults) && sound;
     out.push_back(std::move(named));
   }
   if (out.empty() || out.size() > most) {
@@ -118,14 +118,10 @@ Value Codec<std::vector<NamedMaterial>>::write(const std::vector<NamedMaterial>&
 void Codec<std::vector<NamedMaterial>>::describe(const std::string& path, std::vector<TableText>& out) {
   const std::string title = "[" + path + ".NAME]";
   std::vector<std::string> presets_known;
-  std::string meaning = "A material by name, with the keys of its law for what differs:";
-  for (const Preset& p : presets()) {
-    presets_known.emplace_back(p.name);
-    const HerschelBulkley::Parameters& q = p.material.parameters;
-    meaning += fmt::format(" `{}` (density {}, bulk_modulus {}, shear_modulus {}, sigma_Y {}, eta {}, h {});", p.name,
-                           q.density, q.bulk_modulus, q.shear_modulus, q.sigma_Y, q.eta, q.h);
-  }
-  meaning.back() = '.';
+  const std::string meaning =
+      "A material by name, with the keys of its law for what differs; docs/materials/presets.md has their numbers and "
+      "sources.";
+  for (const Preset& p : presets()) presets_known.emplace_back(p.name);
   const std::string either = "`law` or `preset` is required";
   TableText section{title, "One material; NAME is what bodies call it. At most 255 materials.", {}};
   section.keys.push_back({"law", "name", "", either, allowed_names(law_names()), "The constitutive law.", false});

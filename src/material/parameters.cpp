@@ -35,7 +35,80 @@ std::optional<std::string> parameter_fault(const HerschelBulkley::Parameters& p)
   if (auto fault = parameter_fault(NeoHookean::Parameters{p.density, p.bulk_modulus, p.shear_modulus})) return fault;
   if (auto fault = require_non_negative("sigma_Y", p.sigma_Y)) return fault;
   if (auto fault = require(p.eta >= 0.0, "eta", p.eta, "at least 0 (infinity: elastic)")) return fault;
-  return require(p.h >= 0.1 && p.h <= 3.0, "h", p.h, "from 0.1 to 3");
+  if (auto fault = require(p.h >= 0.1 && p.h <= 3.0, "h", p.h, "from 0.1 to 3")) return fault;
+  return require_non_negative("background_viscosity", p.background_viscosity);
+}
+
+std::optional<std::string> parameter_fault(const Newtonian::Parameters& p) {
+  if (auto fault = require_positive("density", p.density)) return fault;
+  if (auto fault = require_positive("bulk_modulus", p.bulk_modulus)) return fault;
+  if (auto fault = require_non_negative("viscosity", p.viscosity)) return fault;
+  return require(p.tait_exponent >= 1.0 && p.tait_exponent <= 20.0, "tait_exponent", p.tait_exponent, "from 1 to 20");
+}
+
+std::optional<std::string> parameter_fault(const OldroydB::Parameters& p) {
+  if (auto fault = require_positive("density", p.density)) return fault;
+  if (auto fault = require_positive("bulk_modulus", p.bulk_modulus)) return fault;
+  if (auto fault = require_positive("shear_modulus", p.shear_modulus)) return fault;
+  if (auto fault = require_positive("relaxation_time", p.relaxation_time)) return fault;
+  return require_non_negative("solvent_viscosity", p.solvent_viscosity);
+}
+
+std::optional<std::string> parameter_fault(const FiniteViscoelastic::Parameters& p) {
+  if (auto fault = parameter_fault(static_cast<const NeoHookean::Parameters&>(p))) return fault;
+  if (auto fault = require_positive("branch_shear_modulus", p.branch_shear_modulus)) return fault;
+  if (auto fault = require_non_negative("branch_bulk_modulus", p.branch_bulk_modulus)) return fault;
+  if (auto fault = require_positive("relaxation_time", p.relaxation_time)) return fault;
+  return require(p.bulk_relaxation_time > 0.0, "bulk_relaxation_time", p.bulk_relaxation_time, "positive");
+}
+
+std::optional<std::string> parameter_fault(const ThixotropicHerschelBulkley::Parameters& p) {
+  const auto require_fraction = [](const char* name, double value) {
+    return require(value >= 0.0 && value <= 1.0, name, value, "from 0 to 1");
+  };
+  if (auto fault = parameter_fault(static_cast<const HerschelBulkley::Parameters&>(p))) return fault;
+  if (auto fault = require_non_negative("eta", p.eta)) return fault;
+  if (auto fault = require_non_negative("build_up", p.build_up)) return fault;
+  if (auto fault = require_non_negative("breakdown", p.breakdown)) return fault;
+  if (auto fault = require_positive("rate_exponent", p.rate_exponent)) return fault;
+  if (auto fault = require_non_negative("yield_exponent", p.yield_exponent)) return fault;
+  if (auto fault = require_non_negative("consistency_exponent", p.consistency_exponent)) return fault;
+  if (auto fault = require_fraction("residual_yield", p.residual_yield)) return fault;
+  if (auto fault = require_fraction("residual_consistency", p.residual_consistency)) return fault;
+  return require_fraction("initial_structure", p.initial_structure);
+}
+
+std::optional<std::string> parameter_fault(const DruckerPrager::Parameters& p) {
+  if (auto fault = parameter_fault(static_cast<const NeoHookean::Parameters&>(p))) return fault;
+  if (auto fault = require_positive("shear_modulus", p.shear_modulus)) return fault;
+  const auto require_angle = [](const char* name, double value) {
+    return require(value > 0.0 && value <= 60.0, name, value, "above 0 and at most 60 degrees");
+  };
+  if (auto fault = require_angle("friction_angle", p.friction_angle)) return fault;
+  if (auto fault = require_non_negative("cohesion", p.cohesion)) return fault;
+  if (auto fault = require_non_negative("hardening_rise", p.hardening_rise)) return fault;
+  if (auto fault = require_non_negative("hardening_decay", p.hardening_decay)) return fault;
+  if (auto fault = require_non_negative("hardening_drop", p.hardening_drop)) return fault;
+  if (auto fault = require_angle("friction_angle - hardening_drop", p.friction_angle - p.hardening_drop)) return fault;
+  if (p.hardening_rise == 0.0) return std::nullopt;
+  if (auto fault = require_positive("hardening_decay", p.hardening_decay)) return fault;
+  // The angle is largest where its derivative by q vanishes.
+  const double q = 1.0 / p.hardening_decay + p.hardening_drop / p.hardening_rise;
+  return require_angle("the largest friction angle that hardening reaches",
+                       p.friction_angle + (p.hardening_rise * q - p.hardening_drop) * std::exp(-p.hardening_decay * q));
+}
+
+std::optional<std::string> parameter_fault(const Snow::Parameters& p) {
+  if (auto fault = parameter_fault(static_cast<const NeoHookean::Parameters&>(p))) return fault;
+  if (auto fault = require(p.critical_compression > 0.0 && p.critical_compression < 1.0, "critical_compression",
+                           p.critical_compression, "above 0 and below 1"))
+    return fault;
+  if (auto fault = require_positive("critical_stretch", p.critical_stretch)) return fault;
+  return require_non_negative("hardening", p.hardening);
+}
+
+std::span<const Internal> internal_variables(const Material& material) {
+  return std::visit([]<class Law>(const Law&) { return std::span<const Internal>(Law::internal); }, material);
 }
 
 void require_valid(const NamedMaterial& named) {

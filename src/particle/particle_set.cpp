@@ -22,11 +22,11 @@ ParticleSet::Buffer ParticleSet::allocate(std::size_t bytes) {
   return Buffer(static_cast<std::byte*>(::operator new[](bytes, std::align_val_t{alignment})));
 }
 
-ParticleSet::ParticleSet(bool with_velocity_gradient) {
+ParticleSet::ParticleSet(OptionalFields fields) : optional_(fields) {
   for (const FieldInfo& f : field_table) {
     auto& first = first_column_[static_cast<std::size_t>(f.field)];
     first = -1;
-    if (f.field == Field::velocity_gradient && !with_velocity_gradient) continue;
+    if (f.optional && !fields.contains(f.field)) continue;
     first = static_cast<int>(columns_.size());
     for (int c = 0; c < f.n_components; ++c) columns_.push_back({f.field, c, element_size(f.type), f.moves});
   }

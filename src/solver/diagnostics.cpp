@@ -9,6 +9,7 @@
 
 #include "bulkley/kernel/bspline.hpp"
 #include "bulkley/kernel/order_free.hpp"
+#include "bulkley/kernel/stress_update.hpp"
 
 namespace bulkley {
 
@@ -45,12 +46,9 @@ Terms terms_of(const GridGeometry& grid, const TransferSettings& transfer, const
     auto b = [&](int r, int c) { return d * set.real(Field::affine_velocity, 3 * r + c)[p]; };
     spin += Vec3(b(2, 1) - b(1, 2), b(0, 2) - b(2, 0), b(1, 0) - b(0, 1));
   }
-  State<double> state;
-  for (int c = 0; c < 6; ++c) state.left_cauchy_green.c[c] = set.real(Field::left_cauchy_green, c)[p];
-  state.volume_ratio = set.real(Field::volume_ratio)[p];
   const Energy energy = std::visit(
       [&](const auto& law) {
-        return Energy{law.energy_density(state), law.flows};
+        return Energy{law.energy_density(particle_state(law, set, p)), law.flows};
       },
       materials[set.material()[p]].material);
   Terms t{};

@@ -245,23 +245,23 @@ void Solver::rebuild() {
 
 namespace {
 
-// Wave speed and stress bounds of particles as they are, without a step.
+// Wave speed, viscosity and stress bounds of particles as they are, without a step.
 void measure_state(const std::vector<NamedMaterial>& materials, const ParticleSet& particles, StepBounds& bounds) {
   for (LocalIndex p = 0; p < particles.size(); ++p) {
-    State<double> state;
     SymTensor<double> stress;
-    for (int c = 0; c < 6; ++c) {
-      state.left_cauchy_green.c[c] = particles.real(Field::left_cauchy_green, c)[p];
-      stress.c[c] = particles.real(Field::kirchhoff_stress, c)[p];
-    }
-    state.volume_ratio = particles.real(Field::volume_ratio)[p];
-    const double speed = std::visit([&](const auto& law) { return std::sqrt(law.wave_speed_squared(state)); },
-                                    materials[particles.material()[p]].material);
-    bounds.wave_speed.include(speed, particles.id()[p]);
+    for (int c = 0; c < 6; ++c) stress.c[c] = particles.real(Field::kirchhoff_stress, c)[p];
+    const double J = particles.real(Field::volume_ratio)[p];
+    const GlobalIndex id = particles.id()[p];
+    std::visit(
+        [&](const auto& law) {
+          bounds.wave_speed.include(std::sqrt(law.wave_speed_squared(particle_state(law, particles, p))), id);
+          if (law.viscosity() > 0.0) bounds.viscosity.include(J * law.viscosity() / law.density(), id);
+        },
+        materials[particles.material()[p]].material);
     bounds.stress_volume =
         std::max(bounds.stress_volume, particles.real(Field::reference_volume)[p] * std::sqrt(norm_squared(stress)));
-    bounds.smallest_volume_ratio = std::min(bounds.smallest_volume_ratio, state.volume_ratio);
-    bounds.largest_volume_ratio = std::max(bounds.largest_volume_ratio, state.volume_ratio);
+    bounds.smallest_volume_ratio = std::min(bounds.smallest_volume_ratio, J);
+    bounds.largest_volume_ratio = std::max(bounds.largest_volume_ratio, J);
   }
 }
 

@@ -33,6 +33,8 @@ const char* name(Limiter limiter) {
       return "speed";
     case Limiter::elastic:
       return "elastic";
+    case Limiter::viscous:
+      return "viscous";
     case Limiter::deformation:
       return "deformation";
     case Limiter::previous:
@@ -55,6 +57,9 @@ TimeStepLimit time_step_limit(const TimeStepSettings& settings, double cell_size
   if (settings.largest_step > 0.0) include(settings.largest_step, Limiter::largest, -1);
   if (bounds.wave_speed.value > 0.0)
     include(settings.elastic_cfl * cell_size / bounds.wave_speed.value, Limiter::elastic, bounds.wave_speed.id);
+  if (bounds.viscosity.value > 0.0)
+    include(settings.viscous_cfl * cell_size * cell_size / (6.0 * bounds.viscosity.value), Limiter::viscous,
+            bounds.viscosity.id);
   if (bounds.speed.value > 0.0) include(settings.cfl * cell_size / bounds.speed.value, Limiter::speed, bounds.speed.id);
   if (bounds.velocity_gradient.value > 0.0)
     include(prediction_margin * settings.deformation_limit / bounds.velocity_gradient.value, Limiter::deformation,

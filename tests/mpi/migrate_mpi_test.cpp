@@ -49,7 +49,7 @@ class Migrate : public testing::Test {
   void run(const std::vector<int>& destinations) {
     const auto n = static_cast<LocalIndex>(destinations.size());
     const GlobalIndex first_id = exclusive_sum(comm, n), n_global = sum_global(comm, n);
-    ParticleSet particles(true);
+    ParticleSet particles({Field::velocity_gradient, Field::structure, Field::viscous_left_cauchy_green});
     particles.resize(n);
     std::vector<Departure> departures;
     LocalIndex n_staying = 0;
@@ -127,7 +127,7 @@ TEST_F(Migrate, ParcelsLargerThanOneMessage) {
 }
 
 TEST_F(Migrate, WithoutVelocityGradient) {
-  ParticleSet particles(false);
+  ParticleSet particles;
   particles.resize(10);
   for (LocalIndex p = 0; p < 10; ++p) fill(particles, p, comm.rank() * 10 + p, 0);
   std::vector<Departure> departures;

@@ -128,7 +128,7 @@ TEST_F(SolverTest, ARestartedRunContinuesWithTheSameBits) {
     const StepBounds bounds = solver->bounds();
     TimeStepState state_restarted = state;
     Solver restarted(comm, scene.physics, partition_of(comm, scene, PartitionMethod::uniform, true),
-                     share_of(comm, saved, transfer.needs_velocity_gradient()), bounds);
+                     share_of(comm, saved, gradient_if(transfer.needs_velocity_gradient())), bounds);
 
     for (int step = 0; step < 15; ++step) {
       const StepReport a = solver->step(1.0, 0, state), b = restarted.step(1.0, 0, state_restarted);
@@ -165,7 +165,7 @@ TEST_F(SolverTest, RejectedStepsLeaveNoTraceInTheParticles) {
 
     SolverScene accepted = contact_scene(transfer);
     accepted.physics = absurd.physics;
-    accepted.particles = share_of(self, absurd.particles, false);
+    accepted.particles = share_of(self, absurd.particles, {});
     accepted.physics.time.initial_step = first.plan.dt;
     const auto direct = solver_of(comm, accepted, partition);
     TimeStepState state_direct;
@@ -303,7 +303,7 @@ TEST_F(SolverTest, AStartOutsideTheDomainIsAnError) {
       "with speed 0 m/s and J = 1";
   EXPECT_EQ(sentence([&] { solver_of(comm, scene, partition); }), expected);
   EXPECT_EQ(sentence([&] {
-              Solver(comm, scene.physics, partition, share_of(comm, scene.particles, false),
+              Solver(comm, scene.physics, partition, share_of(comm, scene.particles, {}),
                      StepBounds{});  // as a restart does
             }),
             expected);

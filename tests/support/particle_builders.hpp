@@ -54,9 +54,14 @@ inline void place_particle(ParticleSet& set, LocalIndex p, const Vec3& x, double
   set.id()[p] = p;
 }
 
-/// The particles `order[0], order[1], ...` of a set. The fields are the same but velocity_gradient, zero where it is new.
-inline ParticleSet picked(const ParticleSet& set, const std::vector<LocalIndex>& order, bool with_velocity_gradient) {
-  ParticleSet result(with_velocity_gradient);
+/// The optional fields of particles without internal variables.
+inline OptionalFields gradient_if(bool needed) {
+  return needed ? OptionalFields{Field::velocity_gradient} : OptionalFields{};
+}
+
+/// The particles `order[0], order[1], ...` of a set, with the optional fields `fields`, zero where they are new.
+inline ParticleSet picked(const ParticleSet& set, const std::vector<LocalIndex>& order, OptionalFields fields) {
+  ParticleSet result(fields);
   result.resize(static_cast<LocalIndex>(order.size()));
   std::size_t to = 0;
   for (std::size_t from = 0; from < set.columns().size(); ++from) {
@@ -70,7 +75,7 @@ inline ParticleSet picked(const ParticleSet& set, const std::vector<LocalIndex>&
   return result;
 }
 inline ParticleSet picked(const ParticleSet& set, const std::vector<LocalIndex>& order) {
-  return picked(set, order, set.has(Field::velocity_gradient));
+  return picked(set, order, set.optional_fields());
 }
 
 /// Whether two sets of the same fields hold the same bits in the same order.

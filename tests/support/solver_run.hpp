@@ -126,17 +126,17 @@ inline Partition partition_of(const Comm& comm, const SolverScene& scene, Partit
 }
 
 /// Every n-th particle, so that each has to find its way to its rank.
-inline ParticleSet share_of(const Comm& comm, const ParticleSet& all, bool with_velocity_gradient) {
+inline ParticleSet share_of(const Comm& comm, const ParticleSet& all, OptionalFields fields) {
   std::vector<LocalIndex> mine;
   for (LocalIndex p = comm.rank(); p < all.size(); p += comm.size()) mine.push_back(p);
-  return picked(all, mine, with_velocity_gradient);
+  return picked(all, mine, fields);
 }
 
 /// A solver at the scene's start. Collective.
 inline std::unique_ptr<Solver> solver_of(const Comm& comm, const SolverScene& scene, Partition partition) {
-  return std::make_unique<Solver>(comm, scene.physics, std::move(partition),
-                                  share_of(comm, scene.particles, scene.physics.transfer.needs_velocity_gradient()),
-                                  std::nullopt);
+  return std::make_unique<Solver>(
+      comm, scene.physics, std::move(partition),
+      share_of(comm, scene.particles, gradient_if(scene.physics.transfer.needs_velocity_gradient())), std::nullopt);
 }
 
 /// All particles of all ranks on every rank, ascending by id, without what lives within one step. Collective.

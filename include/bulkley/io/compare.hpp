@@ -27,7 +27,8 @@ struct Comparison {
   GlobalIndex n_a = 0, n_b = 0;
   GlobalIndex n_only_a = 0, n_only_b = 0;            ///< particles that the other file does not have
   GlobalIndex first_only_a = -1, first_only_b = -1;  ///< the smallest such id
-  std::vector<FieldDifference> fields;               ///< every written field, over the particles of both files
+  std::vector<FieldDifference> fields;               ///< every field of both files, over the particles of both
+  std::vector<std::string> only_in_one;              ///< fields that only one of the files has
 };
 
 /// Compares two checkpoints after verifying their checksums. The root does the work and holds one field of both at a time.

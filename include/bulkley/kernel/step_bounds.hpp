@@ -29,6 +29,7 @@ struct StepBounds {
   // For the next time step
   Extreme speed;              ///< max |v_p|, m/s
   Extreme wave_speed;         ///< max elastic wave speed c, m/s
+  Extreme viscosity;          ///< max kinematic viscosity of a viscous stress, J eta / rho_0, m^2/s
   Extreme velocity_gradient;  ///< max ||L_p||_F, 1/s
   // For the order-free sums
   double mass = 0.0;           ///< max m_p, kg
@@ -57,6 +58,7 @@ struct StepBounds {
   void merge(const StepBounds& other) {
     speed.include(other.speed);
     wave_speed.include(other.wave_speed);
+    viscosity.include(other.viscosity);
     velocity_gradient.include(other.velocity_gradient);
     mass = std::max(mass, other.mass);
     momentum = std::max(momentum, other.momentum);

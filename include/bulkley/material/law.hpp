@@ -2,29 +2,59 @@
 // The contract of a constitutive law.
 //
 // A law is a struct with a member `parameters` (SI) and pure templates on Real (double or Pack), so that one source serves
-// the single material point and the vector kernel:
+// the single material point and the vector kernel. With n = n_internal<Law>:
 //
-//   template <class Real> Update<Real> update(State<Real>& state, const Tensor<Real>& velocity_gradient, double dt) const;
-//       Advances the elastic state over dt (f = 1 + dt L) and returns the Kirchhoff stress of the new state.
+//   template <class Real> Update<Real> update(State<Real, n>& state, const Tensor<Real>& velocity_gradient, double dt) const;
+//       Advances the state over dt (f = 1 + dt L) and returns the Kirchhoff stress at its end.
 //       det f <= 0 is the caller's to refuse beforehand.
-//   template <class Real> Real wave_speed_squared(const State<Real>& state) const;   m^2/s^2, an upper bound over directions
-//   template <class Real> Real energy_density(const State<Real>& state) const;       J per m^3 of reference volume
-//   template <class Real> SymTensor<Real> kirchhoff_stress(const State<Real>& state) const;
+//   template <class Real> Real wave_speed_squared(const State<Real, n>& state) const;   m^2/s^2, a bound over directions
+//   template <class Real> Real energy_density(const State<Real, n>& state) const;       J per m^3 of reference volume
+//   template <class Real> SymTensor<Real> kirchhoff_stress(const State<Real, n>& state) const;   without viscous parts
 //   double density() const;                                                          kg/m^3, reference
+//   double viscosity() const;                                                        Pa s, of stress that follows the rate of
+//                                                                                    deformation at once; 0: none
 //   static constexpr const char* law_name;                                           as written in scenes
-//   static constexpr bool flows;                                                     has a yield surface
+//   static constexpr bool flows;                                                     deforms for good: reports rate, dissipation
+//   static constexpr std::array<Internal, ...> internal;                             what its state holds beside b and J
+//   std::array<double, n> initial_internal() const;                                  their values at the start, if n > 0
 //
-// The law supplies the speed that limits dt, so stress and time step cannot drift apart.
+// The law supplies the speed and the viscosity that limit dt, so stress and time step cannot drift apart.
+
+#include <array>
 
 #include "bulkley/base/tensor.hpp"
 
 namespace bulkley {
 
-/// The elastic state of a material point.
+/// Variables of a material point that only some laws have; each is a field of the particles by the same name.
+enum class Internal {
+  structure,                  ///< of a thixotropic fluid, from 0 (broken down) to 1 (built up)
+  hardening,                  ///< accumulated plastic strain of sand
+  plastic_volume_ratio,       ///< J / J_elastic of snow
+  viscous_left_cauchy_green,  ///< elastic strain of a relaxing branch, xx yy zz xy yz xz
+};
+
+constexpr int n_components(Internal variable) { return variable == Internal::viscous_left_cauchy_green ? 6 : 1; }
+
+/// How many numbers the internal variables of a law are.
+template <class Law>
+inline constexpr int n_internal = [] {
+  int n = 0;
+  for (const Internal variable : Law::internal) n += n_components(variable);
+  return n;
+}();
+
+/// The state of a material point: elastic strain, and the internal variables in the order of Law::internal.
+template <class Real, int n = 0>
+struct State;
 template <class Real>
-struct State {
+struct State<Real, 0> {
   SymTensor<Real> left_cauchy_green;  ///< isochoric, det = 1
   Real volume_ratio;                  ///< J
+};
+template <class Real, int n>
+struct State : State<Real, 0> {
+  Real internal[n];
 };
 
 template <class Real>
@@ -33,5 +63,18 @@ struct Update {
   Real plastic_shear_rate;           ///< sqrt(2) gamma, 1/s; 0 where elastic
   Real dissipation;                  ///< J per m^3 of reference volume, in this step; >= 0
 };
+
+/// Undeformed, with the internal variables of the start. Not collective.
+template <class Law>
+State<double, n_internal<Law>> state_at_rest(const Law& law) {
+  State<double, n_internal<Law>> state;
+  state.left_cauchy_green = {1.0, 1.0, 1.0, 0.0, 0.0, 0.0};
+  state.volume_ratio = 1.0;
+  if constexpr (n_internal < Law >> 0) {
+    const auto initial = law.initial_internal();
+    for (std::size_t k = 0; k < initial.size(); ++k) state.internal[k] = initial[k];
+  }
+  return state;
+}
 
 }  // namespace bulkley

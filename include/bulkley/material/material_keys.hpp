@@ -10,6 +10,7 @@ namespace bulkley {
 
 /// The keys of a law:
 ///   using Input = ...;                                   what a scene may write, as optional members
+///   static Input start(const Law&);                      the input as it is before any key was read
 ///   static const config::Keys<Input>& table();
 ///   static void fill(const config::Value& table, const Input&, Law&, config::Faults&);
 ///       Puts the input into a law that holds a preset's parameters, or NaN; faults on what is missing or contradictory.

@@ -32,6 +32,14 @@ inline SymTensor<Real> isochoric_identity() {
   return {one, one, one, zero, zero, zero};
 }
 
+/// An upper bound of the largest eigenvalue of b: tr b / 3 + sqrt(2/3) ||dev b||, sharp for one large eigenvalue. Not
+/// collective.
+template <class Real>
+inline Real largest_eigenvalue_bound(const SymTensor<Real>& b) {
+  constexpr double sqrt_two_thirds = 0.81649658092772603;
+  return trace(b) * (1.0 / 3.0) + sqrt_two_thirds * square_root(norm_squared(deviator(b)));
+}
+
 /// (T15): W = (kappa/2) [(J^2 - 1)/2 - ln J] + (mu/2) (tr b - 3), with b the isochoric left Cauchy-Green tensor (Simo &
 /// Hughes 1998, chapter 9; Yue et al. 2015, section 5).
 struct NeoHookean {
@@ -44,8 +52,10 @@ struct NeoHookean {
 
   static constexpr const char* law_name = "neo_hookean";
   static constexpr bool flows = false;
+  static constexpr std::array<Internal, 0> internal{};
 
   double density() const { return parameters.density; }
+  double viscosity() const { return 0.0; }
 
   /// (T16): tau = (kappa/2) (J^2 - 1) 1 + mu dev b, Pa.
   template <class Real>
@@ -62,14 +72,12 @@ struct NeoHookean {
     return tau;
   }
 
-  /// (T25): rho_0 c^2 = (kappa/2) (J^2 + 1) + (4/3) mu lambda_max(b): bounds every direction and polarisation. lambda_max,
-  /// the largest eigenvalue, is bounded by tr b / 3 + sqrt(2/3) ||dev b||, which is sharp for one large eigenvalue.
+  /// (T25): rho_0 c^2 = (kappa/2) (J^2 + 1) + (4/3) mu lambda_max(b): bounds every direction and polarisation, with the bound
+  /// of lambda_max above.
   template <class Real>
   Real wave_speed_squared(const State<Real>& state) const {
-    constexpr double sqrt_two_thirds = 0.81649658092772603;
-    const SymTensor<Real>& b = state.left_cauchy_green;
     const Real J = state.volume_ratio;
-    const Real largest = trace(b) * (1.0 / 3.0) + sqrt_two_thirds * square_root(norm_squared(deviator(b)));
+    const Real largest = largest_eigenvalue_bound(state.left_cauchy_green);
     return ((0.5 * parameters.bulk_modulus) * (J * J + 1.0) + (4.0 / 3.0 * parameters.shear_modulus) * largest) *
            (1.0 / parameters.density);
   }

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 #include "bulkley/base/pack_math.hpp"
 #include "bulkley/base/tensor.hpp"
@@ -14,12 +15,14 @@
 namespace bulkley {
 
 /// gamma = (max(0, s - radius) / eta)^(1/h), with s = ||dev tau|| and gamma the norm of the plastic rate of deformation.
+/// Number: double, or Real where radius and eta differ from particle to particle.
+template <class Number>
 struct FlowRule {
-  double radius;                           ///< sqrt(2/3) sigma_Y, Pa
-  double eta;                              ///< Pa s^h
+  Number radius;                           ///< sqrt(2/3) sigma_Y, Pa
+  Number eta;                              ///< Pa s^h; infinite (one for all particles only): elastic
   double h;                                ///< 1
-  const OverstressTable* table = nullptr;  ///< of this eta and h; without it the same root takes more steps
-  double log_eta = std::log(eta);
+  const OverstressTable* table = nullptr;  ///< of this h; without it the same root takes more steps
+  Number log_eta = logarithm(eta);
 };
 
 /// The two parts of a trial overstress: remaining + relaxed = 1.
@@ -76,22 +79,28 @@ struct FlowReturn {
 /// Backward Euler for ||dev tau|| (T20): s - s_trial + 2 mu_hat dt ((s - radius)/eta)^(1/h) = 0 (Yue et al. 2015, section
 /// 5), in the form xi + A xi^(1/h) = 1, s = radius + y xi, y = s_trial - radius, A = (2 mu_hat dt / y) (y / eta)^(1/h).
 /// `trial_norm` s_trial, Pa; mu_hat = `modulus` `mean`, Pa, with mean = tr b_trial / 3; dt > 0. Not collective.
-template <class Real>
-inline FlowReturn<Real> flow_return(Real trial_norm, double modulus, Real mean, double dt, const FlowRule& rule) {
+template <class Real, class Number>
+inline FlowReturn<Real> flow_return(Real trial_norm, double modulus, Real mean, double dt, const FlowRule<Number>& rule) {
   constexpr double smallest = std::numeric_limits<double>::min();
   const Real zero = broadcast<Real>(0.0), one = broadcast<Real>(1.0);
-  const Mask<Real> yields = trial_norm > broadcast<Real>(rule.radius);
-  if (!any(yields) || std::isinf(rule.eta)) return {yields & (zero > zero), trial_norm, one, zero};
+  const Mask<Real> yields = trial_norm > (zero + rule.radius);
+  const bool never = !any((zero + rule.eta) < broadcast<Real>(pack_math::infinity));
+  if (!any(yields) || never) return {yields & (zero > zero), trial_norm, one, zero};
 
   const Real overstress = select(yields, trial_norm - rule.radius, one);
   const double stiffness = 2.0 * dt * modulus;
   OverstressSplit<Real> split{zero, one};  // eta = 0: all of it relaxes
-  if (rule.eta > 0.0) {
+  const Mask<Real> viscous = yields & (zero + rule.eta > zero);
+  if (any(viscous)) {
     const double m = 1.0 / rule.h;
-    const double log_eta = rule.log_eta;
+    const Number log_eta = rule.log_eta;
     const Real log_c =
         (logarithm(stiffness) - m * log_eta) + (m - 1.0) * normal_logarithm(maximum(overstress, broadcast<Real>(smallest)));
-    split = split_overstress(mean, log_c, m, yields, rule.table);
+    const OverstressSplit<Real> root = split_overstress(mean, log_c, m, viscous, rule.table);
+    if constexpr (std::is_same_v<Number, double>)
+      split = root;
+    else
+      split = {select(viscous, root.remaining, zero), select(viscous, root.relaxed, one)};
   }
   // One division for both: norm / trial_norm and overstress relaxed / (stiffness mean).
   const Real hardness = stiffness * mean;

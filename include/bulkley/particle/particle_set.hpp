@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <cstdint>
+#include <initializer_list>
 #include <limits>
 #include <memory>
 #include <span>
@@ -26,6 +28,10 @@ enum class Field : int {
   mass,
   reference_volume,
   velocity_gradient,
+  structure,
+  hardening,
+  plastic_volume_ratio,
+  viscous_left_cauchy_green,
   material,
   id,
 };
@@ -40,8 +46,9 @@ struct FieldInfo {
   const char* meaning;
   FieldType type;
   int n_components;
-  bool moves;    ///< travels with the particle when it migrates (else it is recomputed before it is read)
-  bool written;  ///< part of the checkpoint: needed for a bit-identical restart
+  bool moves;             ///< travels with the particle when it migrates (else it is recomputed before it is read)
+  bool written;           ///< part of the checkpoint: needed for a bit-identical restart
+  bool optional = false;  ///< held only where the scene needs it
 };
 
 inline constexpr std::array field_table = {
@@ -62,7 +69,16 @@ inline constexpr std::array field_table = {
     FieldInfo{Field::reference_volume, "reference_volume", "m^3", "V_p^0", FieldType::real, 1, true, true},
     FieldInfo{Field::velocity_gradient, "velocity_gradient", "1/s",
               "L_p where it differs from affine_velocity, row-major; lives within one step", FieldType::real, 9, false,
-              false},
+              false, true},
+    FieldInfo{Field::structure, "structure", "1", "structure of a thixotropic fluid, 0 broken down, 1 built up",
+              FieldType::real, 1, true, true, true},
+    FieldInfo{Field::hardening, "hardening", "1", "accumulated plastic strain of sand", FieldType::real, 1, true, true,
+              true},
+    FieldInfo{Field::plastic_volume_ratio, "plastic_volume_ratio", "1", "J / J_elastic of snow", FieldType::real, 1, true,
+              true, true},
+    FieldInfo{Field::viscous_left_cauchy_green, "viscous_left_cauchy_green", "1",
+              "elastic left Cauchy-Green tensor of a relaxing branch, xx yy zz xy yz xz", FieldType::real, 6, true, true,
+              true},
     FieldInfo{Field::material, "material", "1", "index into the scene's materials", FieldType::uint8, 1, true, true},
     FieldInfo{Field::id, "id", "1", "unique, from the seeding geometry alone", FieldType::int64, 1, true, true},
 };
@@ -70,6 +86,23 @@ inline constexpr std::array field_table = {
 constexpr const FieldInfo& info(Field field) { return field_table[static_cast<std::size_t>(field)]; }
 
 constexpr std::size_t element_size(FieldType type) { return type == FieldType::uint8 ? 1 : 8; }
+
+/// Fields beside those that every particle has.
+class OptionalFields {
+ public:
+  constexpr OptionalFields() = default;
+  constexpr OptionalFields(std::initializer_list<Field> fields) {
+    for (const Field field : fields) insert(field);
+  }
+  constexpr void insert(Field field) { bits_ |= bit(field); }
+  constexpr bool contains(Field field) const { return (bits_ & bit(field)) != 0; }
+  bool operator==(const OptionalFields&) const = default;
+
+ private:
+  static constexpr std::uint64_t bit(Field field) { return std::uint64_t{1} << static_cast<int>(field); }
+  std::uint64_t bits_ = 0;
+};
+static_assert(field_table.size() <= 64);
 
 /// Particles begin .. end - 1, or all from `begin` on if there are fewer. Kernels that write particles write whole packs:
 /// for them `end` is a multiple of ParticleSet::padding above `begin`, or beyond the last particle.
@@ -108,8 +141,8 @@ class ParticleSet {
     bool moves;
   };
 
-  /// `with_velocity_gradient`: allocate Field::velocity_gradient (else asking for it is a bug).
-  explicit ParticleSet(bool with_velocity_gradient = false);
+  /// Asking for an optional field that is not among `fields` is a bug.
+  explicit ParticleSet(OptionalFields fields = {});
   ~ParticleSet();
   ParticleSet(ParticleSet&&) noexcept;
   ParticleSet& operator=(ParticleSet&&) noexcept;
@@ -117,6 +150,8 @@ class ParticleSet {
   LocalIndex size() const { return size_; }
   LocalIndex capacity() const { return capacity_; }
   bool has(Field field) const;
+  /// The optional fields that this set has.
+  OptionalFields optional_fields() const { return optional_; }
 
   /// Keeps the first min(old, new) particles; new ones are zero.
   void resize(LocalIndex new_size);
@@ -159,6 +194,7 @@ class ParticleSet {
   std::size_t column_bytes(std::size_t column) const;
   std::size_t first_column(Field field) const;
 
+  OptionalFields optional_;
   std::vector<Column> columns_;
   std::array<int, field_table.size()> first_column_{};
   std::vector<Buffer> buffers_;

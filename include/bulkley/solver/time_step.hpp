@@ -22,6 +22,7 @@ struct TimeStepSettings {
   double smallest_step = 0.0;      ///< s; below it the run fails. 0: 1e-6 of the first limit
   double cfl = 0.5;                ///< beta of report eq. (2): dt <= beta dx / v_max
   double elastic_cfl = 0.4;        ///< alpha of report eq. (2): dt <= alpha dx / c_max
+  double viscous_cfl = 0.5;        ///< dt <= viscous_cfl dx^2 / (6 nu_max)
   double deformation_limit = 0.1;  ///< theta: largest ||dt L_p||_F of a step
   double growth = 1.5;             ///< factor of a trial
   int trial_interval = 10;         ///< steps between trials
@@ -29,7 +30,7 @@ struct TimeStepSettings {
 };
 
 /// What set the time step.
-enum class Limiter : int { speed, elastic, deformation, previous, largest, fixed, output };
+enum class Limiter : int { speed, elastic, viscous, deformation, previous, largest, fixed, output };
 const char* name(Limiter limiter);
 
 /// The controller's memory; part of every checkpoint.
@@ -63,10 +64,11 @@ struct TimeStepPlan {
   bool full;       ///< not clipped
 };
 
-/// (T26): min(beta dx / v_max, alpha dx / c_max, 0.8 theta / ||L||_max of the last step, largest_step). Not collective.
+/// (T26): min(beta dx / v_max, alpha dx / c_max, viscous_cfl dx^2 / (6 nu_max), 0.8 theta / ||L||_max of the last step,
+/// largest_step). Not collective.
 TimeStepLimit time_step_limit(const TimeStepSettings& settings, double cell_size, const StepBounds& bounds);
 
-/// What is wrong with a fixed step above the stability limits (speed, elastic, largest), as a sentence; empty when it is
+/// What is wrong with a fixed step above the stability limits (speed, elastic, viscous, largest), as a sentence; empty when it is
 /// below them or the mode is adaptive. Not collective.
 std::string fixed_step_fault(const TimeStepSettings& settings, double cell_size, const StepBounds& bounds);
 

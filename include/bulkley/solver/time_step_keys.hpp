@@ -44,6 +44,10 @@ inline const config::Keys<TimeStepSettings>& keys(config::Of<TimeStepSettings>) 
           .key("elastic_cfl", &S::elastic_cfl,
                {.about = "Largest part of a cell that an elastic wave may cross in a step.",
                 .range = config::above_to(0.0, 1.0)})
+          .key("viscous_cfl", &S::viscous_cfl,
+               {.about = "Time step over dx^2 / (6 nu), nu the kinematic viscosity of the most viscous material with a "
+                         "Newtonian stress.",
+                .range = config::above_to(0.0, 1.0)})
           .key("deformation_limit", &S::deformation_limit,
                {.about = "Largest deformation of a particle in a step, as the norm of dt times its velocity gradient.",
                 .range = config::above_to(0.0, 0.5)})

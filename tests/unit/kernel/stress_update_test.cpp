@@ -250,7 +250,7 @@ TEST(StressUpdateSelection, WhatLiesPastTheEndNeverCounts) {
 }
 
 TEST(StressUpdateSelection, ReadsTheGradientFieldItIsTold) {
-  ParticleSet set(true);
+  ParticleSet set({Field::velocity_gradient});
   set.resize(1);
   Point point{.id = 1};
   point.L.c[1] = 20.0;

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-FlowRule rule(double sigma_Y, double eta, double h) { return {std::sqrt(2.0 / 3.0) * sigma_Y, eta, h}; }
+FlowRule<double> rule(double sigma_Y, double eta, double h) { return {std::sqrt(2.0 / 3.0) * sigma_Y, eta, h}; }
 
 bool same_bits(double a, double b) { return to_bits(a) == to_bits(b); }
 
@@ -58,7 +58,7 @@ class FlowReturnTable : public testing::TestWithParam<ReturnCase> {};
 TEST_P(FlowReturnTable, AgreesWithTheReference) {
   const ReturnCase& c = GetParam();
   const auto table = make_overstress_table(c.eta, c.h);
-  FlowRule flow = rule(c.sigma_Y, c.eta, c.h);
+  FlowRule<double> flow = rule(c.sigma_Y, c.eta, c.h);
   for (const OverstressTable* first_guess : {static_cast<const OverstressTable*>(nullptr), table.get()}) {
     flow.table = first_guess;
     for (const double mean : {1.0, 1.07, 4.0}) {
@@ -100,7 +100,7 @@ TEST(FlowReturn, WithInfiniteConsistencyNothingFlows) {
 }
 
 TEST(FlowReturn, StressExactlyAtTheYieldRadiusDoesNotFlow) {
-  const FlowRule at_yield = rule(30.0, 10.0, 0.5);
+  const FlowRule<double> at_yield = rule(30.0, 10.0, 0.5);
   EXPECT_FALSE(flow_return(at_yield.radius, 300.0, 1.0, 1e-3, at_yield).yields);
   const double above = std::nextafter(at_yield.radius, infinity);
   const auto result = flow_return(above, 300.0, 1.0, 1e-3, at_yield);
@@ -288,7 +288,7 @@ TEST(ReturnMap, EachLaneIsTheScalarResultWhateverItsNeighbours) {
         const auto table = make_overstress_table(eta, h);
         for (const double dt : {1e-4, 1e-200, 1e3}) {
           for (std::size_t first = 0; first < trial_norms.size(); ++first) {
-            FlowRule flow = rule(sigma_Y, eta, h);
+            FlowRule<double> flow = rule(sigma_Y, eta, h);
             flow.table = first % 2 == 0 ? table.get() : nullptr;
             Pack trial, mean;
             for (int lane = 0; lane < n_lanes; ++lane) {
