@@ -143,7 +143,7 @@ NamedMaterial chosen_material(const Comm& comm, const RheometerOptions& o) {
   if (!o.overrides.empty()) throw UsageError("--set: only with a scene file");
   const auto preset = find_preset(o.preset);
   if (!preset) throw UsageError(fmt::format("--preset '{}': no such preset; known: {}", o.preset, preset_names()));
-  return {o.preset, preset->material};
+  return {o.preset, preset->material, caveat(*preset)};
 }
 
 // Early, so that a measurement is not lost.
@@ -175,6 +175,7 @@ std::string analytic_difference(const Table& table) {
 
 void deliver(const RheometerOptions& o, const NamedMaterial& named, const Measurement& measurement) {
   const std::string csv = csv_text(measurement.table);
+  if (!named.caveat.empty()) fmt::print(stderr, "rheometer: {}\n", named.caveat);
   for (const std::string& remark : measurement.remarks) fmt::print(stderr, "rheometer: {}\n", remark);
   if (o.out.empty()) {
     fmt::print("{}", csv);

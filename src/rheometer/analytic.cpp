@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cmath>
-#include <type_traits>
 
 #include "bulkley/material/return_map.hpp"
 
@@ -84,15 +83,44 @@ Shape steady_shape(Flow flow, double epsilon) {
   return {};
 }
 
-double flow_stress(const FlowRule& rule, double gamma) { return rule.radius + rule.eta * std::pow(gamma, rule.h); }
+// Stress of a Newtonian fluid over its viscosity and the rate.
+double trouton_ratio(Flow flow) { return flow == Flow::simple_shear ? 1.0 : flow == Flow::uniaxial_extension ? 3.0 : 4.0; }
+
+void add_newtonian(SteadyFlow& steady, double viscosity, Flow flow, double rate) {
+  const double stress = trouton_ratio(flow) * viscosity * rate;
+  steady.stress += stress;
+  steady.small_strain_stress += stress;
+  if (flow != Flow::simple_shear) steady.first_normal_difference += stress;
+}
+
+// s at a steady gamma, Pa.
+double flow_stress(const HerschelBulkley& law, double gamma) {
+  const auto rule = law.flow_rule();
+  return rule.radius + rule.eta * std::pow(gamma, rule.h);
+}
+
+// The same with the structure in balance with the plastic shear rate sqrt(2) gamma.
+double flow_stress(const ThixotropicHerschelBulkley& law, double gamma) {
+  const ThixotropicHerschelBulkley::Parameters& p = law.parameters;
+  const double rate_power = std::pow(std::sqrt(2.0) * gamma, p.rate_exponent);
+  const bool breaks = p.kinetics == ThixotropicHerschelBulkley::Kinetics::thixotropic;
+  const double build = p.build_up * (breaks ? 1.0 : rate_power), sum = build + p.breakdown * (breaks ? rate_power : 1.0);
+  const double structure = sum > 0.0 ? build / sum : p.initial_structure;
+  const auto strength = [&](double exponent, double residual) {
+    return ThixotropicHerschelBulkley::strength(structure, exponent, residual);
+  };
+  return std::sqrt(2.0 / 3.0) * p.sigma_Y * strength(p.yield_exponent, p.residual_yield) +
+         p.eta * strength(p.consistency_exponent, p.residual_consistency) * std::pow(gamma, p.h);
+}
 
 // By halving on s. The stress that the rate asks for at s, less s itself, changes sign between 0 and the bracket's end.
-SteadyFlow herschel_bulkley_flow(const HerschelBulkley& law, Flow flow, double rate) {
-  const FlowRule rule = law.flow_rule();
+template <class Law>
+std::optional<SteadyFlow> viscoplastic_flow(const Law& law, Flow flow, double rate, double J) {
   const double mu = law.parameters.shear_modulus;
-  const auto wanted = [&](double s) { return flow_stress(rule, rate / steady_shape(flow, s / mu).rate_ratio); };
+  if (!(mu > 0.0) || !std::isfinite(law.parameters.eta)) return std::nullopt;
+  const auto wanted = [&](double s) { return flow_stress(law, rate / steady_shape(flow, s / mu).rate_ratio); };
   const Shape small = steady_shape(flow, 0.0);
-  const double small_s = flow_stress(rule, rate / small.rate_ratio);
+  const double small_s = flow_stress(law, rate / small.rate_ratio);
   double lower = 0.0, upper = small_s;
   while (wanted(upper) > upper) upper *= 2.0;
   constexpr int halvings = 100;
@@ -101,25 +129,46 @@ SteadyFlow herschel_bulkley_flow(const HerschelBulkley& law, Flow flow, double r
     (wanted(s) > s ? lower : upper) = s;
   }
   const Shape shape = steady_shape(flow, upper / mu);
-  return {upper * shape.stress, small_s * small.stress, upper * shape.normal_difference};
+  SteadyFlow steady{upper * shape.stress / J, small_s * small.stress / J, upper * shape.normal_difference / J};
+  add_newtonian(steady, law.parameters.background_viscosity, flow, rate);
+  return steady;
 }
 
-double herschel_bulkley_rate(const HerschelBulkley& law, double stress) {
-  const FlowRule rule = law.flow_rule();
+// On s, too: both parts of the stress rise with it.
+double herschel_bulkley_rate(const HerschelBulkley& law, double stress, double J) {
+  const auto rule = law.flow_rule();
   const double mu = law.parameters.shear_modulus;
-  double lower = 0.0, upper = stress;
-  while (upper * shear_shape(upper / mu).stress < stress) upper *= 2.0;
+  const auto rate_at = [&](double s) {
+    if (s <= rule.radius) return 0.0;
+    return shear_shape(s / mu).rate_ratio * std::pow((s - rule.radius) / rule.eta, 1.0 / rule.h);
+  };
+  const auto stress_at = [&](double s) {
+    return s * shear_shape(s / mu).stress / J + law.parameters.background_viscosity * rate_at(s);
+  };
+  double lower = 0.0, upper = stress * J;
+  while (stress_at(upper) < stress) upper *= 2.0;
   constexpr int halvings = 100;
   for (int k = 0; k < halvings; ++k) {
     const double s = 0.5 * (lower + upper);
-    (s * shear_shape(s / mu).stress < stress ? lower : upper) = s;
+    (stress_at(s) < stress ? lower : upper) = s;
   }
-  if (upper <= rule.radius) return 0.0;
-  return shear_shape(upper / mu).rate_ratio * std::pow((upper - rule.radius) / rule.eta, 1.0 / rule.h);
+  return rate_at(upper);
 }
 
-bool flows_steadily(const HerschelBulkley& law) {
-  return law.parameters.shear_modulus > 0.0 && std::isfinite(law.parameters.eta);
+// Steady b of the upper convected model: b_aa = 1 / (1 - 2 lambda L_aa) in extension.
+std::optional<SteadyFlow> oldroyd_flow(const OldroydB& law, Flow flow, double rate, double J) {
+  const OldroydB::Parameters& p = law.parameters;
+  if (p.form != OldroydB::Form::upper_convected) return std::nullopt;
+  const double strain = p.relaxation_time * rate, G = p.shear_modulus / J;
+  SteadyFlow steady{G * strain, G * strain, 2.0 * G * strain * strain};
+  if (flow != Flow::simple_shear) {
+    if (strain >= 0.5) return std::nullopt;
+    const double across = flow == Flow::uniaxial_extension ? 1.0 / (1.0 + strain) : 1.0 / (1.0 + 2.0 * strain);
+    steady.stress = steady.first_normal_difference = G * (1.0 / (1.0 - 2.0 * strain) - across);
+    steady.small_strain_stress = trouton_ratio(flow) * G * strain;
+  }
+  add_newtonian(steady, p.solvent_viscosity, flow, rate);
+  return steady;
 }
 
 SteadyFlow neo_hookean_stress(double mu, Flow flow, double strain) {
@@ -138,49 +187,53 @@ SteadyFlow neo_hookean_stress(double mu, Flow flow, double strain) {
   return {};
 }
 
-// Calls `answer` if the material is of this law.
-template <class Law, class Answer>
-auto if_law(const Material& material, const Answer& answer) -> decltype(answer(std::declval<const Law&>())) {
-  const auto* law = std::get_if<Law>(&material);
-  return law ? answer(*law) : std::nullopt;
-}
-
 }  // namespace
 
-std::optional<SteadyFlow> steady_flow(const Material& material, Flow flow, double rate) {
-  return if_law<HerschelBulkley>(material, [&](const HerschelBulkley& law) -> std::optional<SteadyFlow> {
-    if (!flows_steadily(law)) return std::nullopt;
-    return herschel_bulkley_flow(law, flow, rate);
-  });
+std::optional<SteadyFlow> steady_flow(const Material& material, Flow flow, double rate, double J) {
+  if (const auto* law = std::get_if<HerschelBulkley>(&material)) return viscoplastic_flow(*law, flow, rate, J);
+  if (const auto* law = std::get_if<ThixotropicHerschelBulkley>(&material)) return viscoplastic_flow(*law, flow, rate, J);
+  if (const auto* law = std::get_if<OldroydB>(&material)) return oldroyd_flow(*law, flow, rate, J);
+  if (const auto* law = std::get_if<Newtonian>(&material)) {
+    SteadyFlow steady{};
+    add_newtonian(steady, law->parameters.viscosity, flow, rate);
+    return steady;
+  }
+  return std::nullopt;
 }
 
-std::optional<double> steady_shear_rate(const Material& material, double stress) {
-  return if_law<HerschelBulkley>(material, [&](const HerschelBulkley& law) -> std::optional<double> {
-    if (!flows_steadily(law) || law.parameters.eta == 0.0) return std::nullopt;
-    return herschel_bulkley_rate(law, stress);
-  });
+std::optional<double> steady_shear_rate(const Material& material, double stress, double J) {
+  const auto* law = std::get_if<HerschelBulkley>(&material);
+  if (!law || !(law->parameters.shear_modulus > 0.0) || !(law->parameters.eta > 0.0) || std::isinf(law->parameters.eta))
+    return std::nullopt;
+  return herschel_bulkley_rate(*law, stress, J);
 }
 
-std::optional<SteadyFlow> solid_stress(const Material& material, Flow flow, double strain) {
-  return if_law<NeoHookean>(material, [&](const NeoHookean& law) -> std::optional<SteadyFlow> {
-    return neo_hookean_stress(law.parameters.shear_modulus, flow, strain);
-  });
+std::optional<SteadyFlow> solid_stress(const Material& material, Flow flow, double strain, double J) {
+  const auto* law = std::get_if<NeoHookean>(&material);
+  if (!law) return std::nullopt;
+  return neo_hookean_stress(law->parameters.shear_modulus / J, flow, strain);
 }
 
-std::optional<MaxwellFluid> maxwell_limit(const Material& material) {
+std::optional<MaxwellFluid> maxwell_limit(const Material& material, double J) {
   if (const auto* solid = std::get_if<NeoHookean>(&material))
-    return MaxwellFluid{solid->parameters.shear_modulus, std::numeric_limits<double>::infinity()};
-  return if_law<HerschelBulkley>(material, [&](const HerschelBulkley& law) -> std::optional<MaxwellFluid> {
-    const HerschelBulkley::Parameters& p = law.parameters;
-    if (p.sigma_Y != 0.0 || p.h != 1.0 || !flows_steadily(law)) return std::nullopt;
-    return MaxwellFluid{p.shear_modulus, p.eta / (2.0 * p.shear_modulus)};
-  });
+    return MaxwellFluid{solid->parameters.shear_modulus / J, std::numeric_limits<double>::infinity(), 0.0};
+  if (const auto* law = std::get_if<OldroydB>(&material)) {
+    const OldroydB::Parameters& p = law->parameters;
+    if (p.form != OldroydB::Form::upper_convected) return std::nullopt;
+    return MaxwellFluid{p.shear_modulus / J, p.relaxation_time, p.solvent_viscosity};
+  }
+  const auto* law = std::get_if<HerschelBulkley>(&material);
+  if (!law) return std::nullopt;
+  const HerschelBulkley::Parameters& p = law->parameters;
+  if (p.sigma_Y != 0.0 || p.h != 1.0 || !(p.shear_modulus > 0.0) || !std::isfinite(p.eta)) return std::nullopt;
+  return MaxwellFluid{p.shear_modulus / J, p.eta / (2.0 * p.shear_modulus), p.background_viscosity};
 }
 
 DynamicModuli dynamic_moduli(const MaxwellFluid& fluid, double angular_frequency) {
   if (std::isinf(fluid.relaxation_time)) return {fluid.modulus, 0.0};
   const double x = angular_frequency * fluid.relaxation_time;
-  return {fluid.modulus * x * x / (1.0 + x * x), fluid.modulus * x / (1.0 + x * x)};
+  return {fluid.modulus * x * x / (1.0 + x * x),
+          fluid.modulus * x / (1.0 + x * x) + fluid.viscosity_beside * angular_frequency};
 }
 
 }  // namespace bulkley::rheometer

@@ -60,10 +60,10 @@ void append(const Creep& creep, double stress, Table& table) {
       .add("shear_rate", creep.rate)
       .add("pressure", creep.specimen().read().pressure);
   if (const auto structure = creep.specimen().structure()) row.add("structure", *structure);
-  const double kirchhoff = stress * creep.specimen().volume_ratio();
-  if (const auto maxwell = maxwell_limit(material))
-    row.add("analytic_strain", kirchhoff / maxwell->modulus * (1.0 + creep.time / maxwell->relaxation_time));
-  if (const auto rate = steady_shear_rate(material, kirchhoff)) row.add("analytic_steady_rate", *rate);
+  const double J = creep.specimen().volume_ratio();
+  if (const auto maxwell = maxwell_limit(material, J); maxwell && maxwell->viscosity_beside == 0.0)
+    row.add("analytic_strain", stress / maxwell->modulus * (1.0 + creep.time / maxwell->relaxation_time));
+  if (const auto rate = steady_shear_rate(material, stress, J)) row.add("analytic_steady_rate", *rate);
   row.append_to(table);
 }
 

@@ -83,10 +83,9 @@ void append(const Oscillation& oscillation, const LastCycle& last, const Specime
       .add("complex_viscosity", std::abs(modulus) / oscillation.frequency)
       .add("third_harmonic", std::abs(last.harmonics.third) / std::abs(modulus));
   row.add("cycles", last.n_cycles).add("steady", last.steady ? 1.0 : 0.0);
-  if (const auto maxwell = maxwell_limit(fresh.material())) {
+  if (const auto maxwell = maxwell_limit(fresh.material(), fresh.volume_ratio())) {
     const DynamicModuli truth = dynamic_moduli(*maxwell, oscillation.frequency);
-    row.add("analytic_storage_modulus", truth.storage / fresh.volume_ratio())
-        .add("analytic_loss_modulus", truth.loss / fresh.volume_ratio());
+    row.add("analytic_storage_modulus", truth.storage).add("analytic_loss_modulus", truth.loss);
   }
   row.append_to(table);
 }

@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <cstring>
-#include <string_view>
 
 #include "bulkley/base/error.hpp"
 #include "bulkley/kernel/stress_update.hpp"
@@ -40,7 +39,10 @@ Tensor<double> step_gradient(Flow flow, double increment, double dt) {
 }
 
 ParticleSet make_specimen(const Material& material) {
-  ParticleSet particles(true);
+  const NamedMaterial named{.name = {}, .material = material};
+  OptionalFields fields = internal_fields({&named, 1});
+  fields.insert(Field::velocity_gradient);
+  ParticleSet particles(fields);
   particles.resize(1);
   for (int c = 0; c < 3; ++c) particles.real(Field::left_cauchy_green, c)[0] = 1.0;
   particles.real(Field::volume_ratio)[0] = 1.0;
@@ -48,6 +50,7 @@ ParticleSet make_specimen(const Material& material) {
   particles.real(Field::mass)[0] = volume * std::visit([](const auto& law) { return law.density(); }, material);
   particles.material()[0] = 0;
   particles.id()[0] = 0;
+  set_internal_variables(material, 0, particles);
   return particles;
 }
 
@@ -89,9 +92,8 @@ Reading Specimen::read() const {
 double Specimen::volume_ratio() const { return particles_.real(Field::volume_ratio)[0]; }
 
 std::optional<double> Specimen::structure() const {
-  for (const FieldInfo& each : field_table)
-    if (std::string_view(each.name) == "structure" && particles_.has(each.field)) return particles_.real(each.field)[0];
-  return std::nullopt;
+  if (!particles_.has(Field::structure)) return std::nullopt;
+  return particles_.real(Field::structure)[0];
 }
 
 Specimen loaded_specimen(const Material& material, double pressure) {

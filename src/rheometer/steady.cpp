@@ -70,9 +70,8 @@ Measurement measure_steady(const Material& material, const SteadySettings& setti
       add_extension(row, rate, state.reading);
     if (const auto structure = specimen.structure()) row.add("structure", *structure);
     row.add("strain", state.strain).add("steady", state.steady ? 1.0 : 0.0);
-    if (const auto truth = steady_flow(material, settings.flow, rate))
-      row.add("analytic_stress", truth->stress / specimen.volume_ratio())
-          .add("small_strain_stress", truth->small_strain_stress / specimen.volume_ratio());
+    if (const auto truth = steady_flow(material, settings.flow, rate, specimen.volume_ratio()))
+      row.add("analytic_stress", truth->stress).add("small_strain_stress", truth->small_strain_stress);
     row.append_to(result.table);
     n_unsteady += state.steady ? 0 : 1;
   }

@@ -12,13 +12,15 @@ namespace {
 
 constexpr double instant = 1e-9;  // of the duration: the time that a step of strain takes
 
-std::optional<double> analytic_start_up(const Material& material, const StartUpSettings& settings, double rate,
-                                        double strain) {
-  if (const auto solid = solid_stress(material, settings.flow, strain)) return solid->stress;
-  if (settings.flow != Flow::simple_shear) return std::nullopt;
-  if (const auto maxwell = maxwell_limit(material))
-    return maxwell->modulus * maxwell->relaxation_time * rate * -std::expm1(-strain / (rate * maxwell->relaxation_time));
-  return std::nullopt;
+std::optional<double> analytic_start_up(const Specimen& specimen, Flow flow, double rate, double strain) {
+  const double J = specimen.volume_ratio();
+  if (const auto solid = solid_stress(specimen.material(), flow, strain, J)) return solid->stress;
+  if (flow != Flow::simple_shear) return std::nullopt;
+  const auto maxwell = maxwell_limit(specimen.material(), J);
+  if (!maxwell) return std::nullopt;
+  const double time = maxwell->relaxation_time;
+  return rate *
+         (maxwell->modulus * time * -std::expm1(-strain / (rate * time)) + (strain > 0.0 ? maxwell->viscosity_beside : 0.0));
 }
 
 void append_start_up(const Specimen& specimen, const StartUpSettings& settings, double rate, double strain, Table& table) {
@@ -35,8 +37,7 @@ void append_start_up(const Specimen& specimen, const StartUpSettings& settings, 
     row.add("extension_rate", rate).add("strain", strain).add("tensile_stress", r.first_normal_difference);
   row.add("pressure", r.pressure);
   if (const auto structure = specimen.structure()) row.add("structure", *structure);
-  if (const auto truth = analytic_start_up(specimen.material(), settings, rate, strain))
-    row.add("analytic_stress", *truth / specimen.volume_ratio());
+  if (const auto truth = analytic_start_up(specimen, settings.flow, rate, strain)) row.add("analytic_stress", *truth);
   row.append_to(table);
 }
 
@@ -48,7 +49,9 @@ void append_interval(const ThixotropySettings& settings, int k, double begin, do
   const int per_point = (n_wanted + settings.n_points - 1) / settings.n_points;
   const int n_steps = per_point * settings.n_points;
   const double dt = duration / n_steps;
-  const auto steady = rate > 0.0 ? steady_flow(specimen.material(), Flow::simple_shear, rate) : std::nullopt;
+  const auto steady =
+      rate > 0.0 ? steady_flow(specimen.material(), Flow::simple_shear, rate, specimen.volume_ratio()) : std::nullopt;
+  const bool has_theory = steady_flow(specimen.material(), Flow::simple_shear, 1.0).has_value();
   for (int step = 1; step <= n_steps; ++step) {
     specimen.advance(Flow::simple_shear, rate * dt, dt);
     if (step % per_point != 0) continue;
@@ -62,8 +65,7 @@ void append_interval(const ThixotropySettings& settings, int k, double begin, do
         .add("first_normal_stress_difference", r.first_normal_difference)
         .add("pressure", r.pressure);
     if (const auto structure = specimen.structure()) row.add("structure", *structure);
-    if (std::holds_alternative<HerschelBulkley>(specimen.material()))
-      row.add("analytic_steady_stress", steady ? steady->stress / specimen.volume_ratio() : std::nan(""));
+    if (has_theory) row.add("analytic_steady_stress", steady ? steady->stress : std::nan(""));
     row.append_to(table);
   }
   strain += rate * duration;
@@ -99,7 +101,7 @@ Measurement measure_relaxation(const Material& material, const RelaxationSetting
   Measurement result;
   Specimen specimen = loaded_specimen(material, settings.pressure);
   specimen.advance(Flow::simple_shear, settings.strain, instant * settings.duration);
-  const auto maxwell = maxwell_limit(material);
+  const auto maxwell = maxwell_limit(material, specimen.volume_ratio());
   double time = 0.0;
   for (const double end : logarithmic_times(settings.duration, settings.n_points)) {
     const double largest = std::min(1e-3 * std::max(time, end / 10.0), settings.duration / settings.n_steps);
@@ -115,9 +117,7 @@ Measurement measure_relaxation(const Material& material, const RelaxationSetting
         .add("first_normal_stress_difference", r.first_normal_difference)
         .add("pressure", r.pressure);
     if (const auto structure = specimen.structure()) row.add("structure", *structure);
-    if (maxwell)
-      row.add("analytic_stress",
-              maxwell->modulus / specimen.volume_ratio() * settings.strain * std::exp(-time / maxwell->relaxation_time));
+    if (maxwell) row.add("analytic_stress", maxwell->modulus * settings.strain * std::exp(-time / maxwell->relaxation_time));
     row.append_to(result.table);
   }
   return result;
