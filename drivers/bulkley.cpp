@@ -58,6 +58,7 @@ ExitCode run_program(const Comm& comm, int argc, char** argv) {
   add("check", "validate a scene and predict its run, without running it", add_check);
   add("info", "say what a checkpoint or frame holds and verify its checksums", add_info);
   add("compare", "compare the particles of two checkpoints", add_compare);
+  add("rheometer", "measure a material at one point, with the solver's kernel, or fit a measured flow curve", add_rheometer);
   add("bench", "time the phases of a step on a fixed scene", add_bench);
   add("input-reference", "print the reference page of the scene file", add_input_reference);
   add("presets", "list the materials known by name", add_presets);

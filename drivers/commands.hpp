@@ -20,6 +20,7 @@ Command add_check(CLI::App& app);
 Command add_info(CLI::App& app);
 Command add_compare(CLI::App& app);
 Command add_bench(CLI::App& app);
+Command add_rheometer(CLI::App& app);
 Command add_input_reference(CLI::App& app);
 Command add_presets(CLI::App& app);
 
