@@ -88,6 +88,10 @@ void check_bodies(const Scene& scene) {
                       grid.cell_size, body.particles_per_cell));
     }
   }
+  if (const auto undefined = find_undefined_motion(grid, scene.bodies))
+    refuse(undefined->body,
+           fmt::format("has a velocity_field without a finite value or gradient at {} m: {}",
+                       vector_text(undefined->position), scene.bodies[undefined->body].velocity_field.words()));
   for (std::size_t b = 1; b < scene.bodies.size() && !scene.allow_overlap; ++b)
     for (std::size_t a = 0; a < b; ++a) {
       const Body &first = scene.bodies[a], &second = scene.bodies[b];

@@ -90,6 +90,14 @@ const config::Keys<Scene>& scene_keys() {
       config::Keys<Scene>("Keys that stand before the first table.")
           .key("title", &Scene::title, {.about = "A line for people."})
           .key("gravity", &Scene::gravity, {.about = "Acceleration of gravity.", .unit = "m/s^2"})
+          .key(
+              "acceleration_field", &Scene::acceleration_field,
+              {.about =
+                   "Body force per mass as formulas of the position in m and the time t in s, added to `gravity`. It has no "
+                   "potential: history.csv counts its work in no energy.",
+               .unit = "m/s^2",
+               .names = {"x", "y", "z", "t"},
+               .default_text = "none"})
           .key("allow_overlap", &Scene::allow_overlap,
                {.about = "Whether bodies may overlap; a point in several bodies belongs to the first of them."})
           .key("domain", &Scene::grid, {.about = "Box and grid.", .required = true})
@@ -129,6 +137,12 @@ std::string input_reference() {
          "an integer will do. `--set key.path=value` on the command line overrides or adds a key; entries of a list go by "
          "index\n"
          "or by name, as in `--set bodies.0.velocity=[0,0,-3]` or `--set bodies.ball.material=pie`.\n\n"
+         "Formulas are texts such as `\"sin(2*pi*x)\"`, read by muParser: `+ - * / ^`, comparisons, `&& ||`, `a ? b : c`, "
+         "the\n"
+         "constant `pi`, and abs, sign, sqrt, exp, ln, log2, log10, sin, cos, tan, asin, acos, atan, atan2, sinh, cosh, "
+         "tanh,\n"
+         "asinh, acosh, atanh, floor, rint, min, max, sum, avg. A formula may name what it works out on the way, each step\n"
+         "ending with a comma: `\"r = sqrt(x*x + y*y), r > 0 ? y/r : 0\"`.\n\n"
          "This page is printed by `bulkley input-reference`; do not edit it.\n\n" +
          config::print_reference(sections);
 }

@@ -182,7 +182,7 @@ double Simulation::next_output() const {
 void Simulation::take_step() {
   const double before = MPI_Wtime();
   const double target = next_output();
-  report_ = solver_->step(target - state_.time, static_cast<int>(request()), state_.controller);
+  report_ = solver_->step(target - state_.time, static_cast<int>(request()), state_.controller, state_.time);
   ++state_.step;
   state_.time = report_.plan.lands ? target : state_.time + report_.plan.dt;
   state_.last_step = report_.plan.dt;

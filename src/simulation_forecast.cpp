@@ -41,6 +41,21 @@ FlowStress flow_stress(const Material& material, double rate) {
       material);
 }
 
+// Of a lattice of points over the bounds: exact for a rigid motion, whose fastest point is a corner, and near for a field.
+double fastest_start(const GridGeometry& grid, const Body& body, const Bounds& box) {
+  const int n = body.velocity_field.given() ? 16 : 1;  // intervals per axis
+  StartMotion motion(grid, body);
+  double fastest = 0.0;
+  for (int i = 0; i <= n; ++i)
+    for (int j = 0; j <= n; ++j)
+      for (int k = 0; k <= n; ++k) {
+        const Vec3 part(1.0 * i / n, 1.0 * j / n, 1.0 * k / n);
+        const double speed = motion.velocity(box.lower + part.cwiseProduct(box.upper - box.lower)).norm();
+        if (speed > fastest) fastest = speed;  // false for NaN, which a field may give outside the body
+      }
+  return fastest;
+}
+
 BodyForecast body_forecast(const Comm& comm, const Scene& scene, const Body& body) {
   BodyForecast f;
   f.name = body.name;
@@ -53,12 +68,7 @@ BodyForecast body_forecast(const Comm& comm, const Scene& scene, const Body& bod
 
   const Bounds box = bounds(body.shape);
   f.size = (box.upper - box.lower).maxCoeff();
-  // Fastest corner of the bounds.
-  for (int corner = 0; corner < 8; ++corner) {
-    const Vec3 x((corner & 1 ? box.upper : box.lower)[0], (corner & 2 ? box.upper : box.lower)[1],
-                 (corner & 4 ? box.upper : box.lower)[2]);
-    f.speed = std::max(f.speed, (body.velocity + body.angular_velocity.cross(x - body.center)).norm());
-  }
+  f.speed = fastest_start(scene.grid, body, box);
   f.at_rest = f.speed == 0.0;
   const double u = f.at_rest ? std::sqrt(scene.gravity.norm() * f.size) : f.speed;
   const Material& material = scene.materials[body.material_index].material;

@@ -5,7 +5,8 @@
 namespace bulkley {
 
 Physics physics_of(const Scene& scene) {
-  return {scene.grid, scene.transfer, scene.time, scene.gravity, scene.materials, scene.faces, scene.colliders};
+  return {scene.grid,      scene.transfer, scene.time,      scene.gravity,
+          scene.materials, scene.faces,    scene.colliders, scene.acceleration_field};
 }
 
 OptionalFields optional_fields(const Scene& scene) {

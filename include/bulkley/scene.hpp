@@ -17,7 +17,8 @@ namespace bulkley {
 struct Scene {
   std::string title;
   GridGeometry grid;
-  Vec3 gravity{0.0, 0.0, -9.81};  ///< m/s^2
+  Vec3 gravity{0.0, 0.0, -9.81};     ///< m/s^2
+  VectorFormula acceleration_field;  ///< m/s^2, of x, y, z, t; added to gravity
   TransferSettings transfer;
   TimeStepSettings time;
   std::vector<NamedMaterial> materials;

@@ -19,6 +19,11 @@ const config::Keys<Body>& keys(config::Of<Body>) {
           .key("angular_velocity", &Body::angular_velocity, {.about = "Spin at the start, about `center`.", .unit = "rad/s"})
           .key("center", &Body::center,
                {.about = "Centre of the spin.", .unit = "m", .default_text = "centre of the shape's bounds"})
+          .key("velocity_field", &Body::velocity_field,
+               {.about = "Velocity at the start as formulas of the position in m, added to `velocity` and spin.",
+                .unit = "m/s",
+                .names = {"x", "y", "z"},
+                .default_text = "none"})
           .key("particles_per_cell", &Body::particles_per_cell,
                {.about = "Particles in a full grid cell: a lattice of 1, 2, 3 or 4 along each axis.",
                 .choices = {1, 8, 27, 64}})

@@ -118,6 +118,39 @@ Bounds extent(const Capsule& capsule) {
           capsule.start.cwiseMax(capsule.end).array() + capsule.radius};
 }
 
+// --- ellipsoid ---------------------------------------------------------------------------------------------------------
+
+/// The point of the surface that is nearest to x = centre + y, relative to the centre: r_i^2 y_i / (t + r_i^2) with the largest
+/// root t of sum (r_i y_i / (t + r_i^2))^2 = 1. The sum falls and is convex: Newton's method from below never passes the root.
+Vec3 nearest_on_surface(const Ellipsoid& ellipsoid, const Vec3& x) {
+  const Eigen::Array3d r = ellipsoid.radii, y = (x - ellipsoid.center).array();
+  // On a plane of symmetry two points may be nearest, where t is -r_min^2 exactly; just beside the plane there is one.
+  const Eigen::Array3d product = r * y.abs().max(1e-14 * r.minCoeff());
+  const Eigen::Array3d beyond = (r - r.minCoeff()) * (r + r.minCoeff());
+  double s = (product - beyond).maxCoeff();  // t + r_min^2, which keeps its digits; one term is 1 here
+  for (int iteration = 0; iteration < 200; ++iteration) {
+    const Eigen::Array3d term = (product / (s + beyond)).square();
+    const double next = s + 0.5 * (term.sum() - 1.0) / (term / (s + beyond)).sum();
+    if (!(next > s)) break;  // rounding: at the root
+    s = next;
+  }
+  const Eigen::Array3d nearest = r * product / (s + beyond);
+  return (nearest * (y < 0.0).select(-1.0, Eigen::Array3d::Ones())).matrix();
+}
+
+double distance(const Ellipsoid& ellipsoid, const Vec3& x) {
+  const Vec3 y = x - ellipsoid.center;
+  const double length = (nearest_on_surface(ellipsoid, x) - y).norm();
+  return y.cwiseQuotient(ellipsoid.radii).squaredNorm() < 1.0 ? -length : length;
+}
+
+Vec3 normal(const Ellipsoid& ellipsoid, const Vec3& x) {
+  const Eigen::Array3d r = ellipsoid.radii;
+  return (nearest_on_surface(ellipsoid, x).array() / (r * r)).matrix().normalized();
+}
+
+Bounds extent(const Ellipsoid& e) { return {e.center - e.radii, e.center + e.radii}; }
+
 // --- plane -----------------------------------------------------------------------------------------------------------
 
 Vec3 normal(const Plane& plane, const Vec3&) { return plane.normal.normalized(); }
@@ -197,6 +230,11 @@ const char* fault(const Capsule& capsule) {
   if (!capsule.start.allFinite() || !capsule.end.allFinite()) return "a capsule needs finite end points";
   return is_positive(capsule.radius) ? nullptr : "a capsule needs a radius > 0";
 }
+const char* fault(const Ellipsoid& e) {
+  return e.center.allFinite() && e.radii.allFinite() && e.radii.minCoeff() > 0.0
+             ? nullptr
+             : "an ellipsoid needs a finite centre and radii > 0";
+}
 const char* fault(const Plane& plane) {
   return plane.point.allFinite() && is_positive(plane.normal.norm())
              ? nullptr
@@ -225,6 +263,7 @@ const char* kind_name(const Box&) { return "box"; }
 const char* kind_name(const Sphere&) { return "sphere"; }
 const char* kind_name(const Cylinder&) { return "cylinder"; }
 const char* kind_name(const Capsule&) { return "capsule"; }
+const char* kind_name(const Ellipsoid&) { return "ellipsoid"; }
 const char* kind_name(const Plane&) { return "plane"; }
 const char* kind_name(const Union&) { return "union"; }
 const char* kind_name(const Placed&) { return "placed"; }

@@ -36,6 +36,7 @@ const config::Choice<decltype(Shape::kind)>& shape_types() {
                                  .add<Sphere>("sphere")
                                  .add<Cylinder>("cylinder")
                                  .add<Capsule>("capsule")
+                                 .add<Ellipsoid>("ellipsoid")
                                  .add<Plane>("plane")
                                  .add<Union>("union");
   return choice;
@@ -86,6 +87,18 @@ const Keys<Capsule>& keys(config::Of<Capsule>) {
           .key("radius", &Capsule::radius, {.about = "Radius.", .unit = "m", .range = length, .required = true})
           .check(
               [](const Value& value, Capsule& c, Faults& faults) { require_distinct_ends(value, c.start, c.end, faults); });
+  return table;
+}
+
+const Keys<Ellipsoid>& keys(config::Of<Ellipsoid>) {
+  static const auto table =
+      Keys<Ellipsoid>("An ellipsoid with its axes along x, y and z; `rotation` turns it.", {nowhere, nowhere})
+          .key("center", &Ellipsoid::center, {.about = "Centre.", .unit = "m", .required = true})
+          .key("radii", &Ellipsoid::radii, {.about = "Half axes along x, y, z, each > 0.", .unit = "m", .required = true})
+          .check([](const Value& value, Ellipsoid& ellipsoid, Faults& faults) {
+            if (!(ellipsoid.radii.minCoeff() > 0.0))
+              faults.add(value.find("radii")->place, "'" + value.path + ".radii' must be greater than 0 along every axis");
+          });
   return table;
 }
 

@@ -6,8 +6,13 @@
 
 namespace bulkley {
 
-std::string describe_failure(const Comm& comm, const ParticleSet& particles, const std::vector<NamedMaterial>& materials,
-                             const StepBounds& bounds) {
+std::string describe_failure(const Comm& comm, const GridGeometry& grid, const ParticleSet& particles,
+                             const std::vector<NamedMaterial>& materials, const StepBounds& bounds) {
+  if (bounds.n_undefined_nodes > 0) {  // whatever befell the particles follows from that
+    const Vec3 x = grid.node_position(grid.node_of_number(bounds.undefined_node));
+    return fmt::format("the acceleration_field is NaN or infinite on {} {}, first at ({:.6g}, {:.6g}, {:.6g}) m",
+                       bounds.n_undefined_nodes, bounds.n_undefined_nodes == 1 ? "node" : "nodes", x[0], x[1], x[2]);
+  }
   // The rank that holds the particle writes about it; the lowest such rank speaks (ids are unique, so there is one).
   const GlobalIndex* id = particles.id();
   const GlobalIndex* found = std::find(id, id + particles.size(), bounds.failed_id);

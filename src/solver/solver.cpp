@@ -57,6 +57,7 @@ Solver::Solver(const Comm& comm, Physics physics, Partition partition, ParticleS
       grid_(comm, physics_.grid, partition_),
       owned_(grid_.create_vector()) {
   if (physics_.transfer.flip_fraction() > 0.0) owned_impulse_ = grid_.create_vector();
+  if (physics_.acceleration_field.given()) acceleration_.emplace(physics_.acceleration_field);
   StepBounds local;
   start_placing();
   place({}, local);
@@ -70,16 +71,17 @@ Solver::Solver(const Comm& comm, Physics physics, Partition partition, ParticleS
 
 Solver::~Solver() = default;
 
-StepReport Solver::step(double remaining, int stop_request, TimeStepState& state) {
+StepReport Solver::step(double remaining, int stop_request, TimeStepState& state, double time) {
   StepReport report;
+  StepBounds local;
   for (;;) {
     report.plan = plan_step(physics_.time, physics_.grid.cell_size, bounds_, remaining, state);
-    transfer_to_grid(report.plan.dt);
-    if (!report.plan.checked || judge(report.plan)) break;
+    local = {};
+    transfer_to_grid(report.plan.dt, time, local);
+    if (!report.plan.checked || judge(report.plan, local)) break;
     reject_step(physics_.time, report.plan, state);
     ++report.n_rejected;
   }
-  StepBounds local;
   local.stop_request = stop_request;
   transfer_to_particles(report.plan.dt, local);
   settle(local);
@@ -90,7 +92,7 @@ StepReport Solver::step(double remaining, int stop_request, TimeStepState& state
 }
 
 // Particles -> nodes' velocity in every pool. Changes no particle.
-void Solver::transfer_to_grid(double dt) {
+void Solver::transfer_to_grid(double dt, double time, StepBounds& faults) {
   const bool split = physics_.transfer.flip_fraction() > 0.0;
   const SumBounds sums = sum_bounds(physics_.grid, physics_.transfer, bounds_, dt);
   {
@@ -106,7 +108,9 @@ void Solver::transfer_to_grid(double dt) {
   }
   {
     const Phase phase(times_, "grid_update");
-    grid_update({physics_.gravity, dt, empty_mass * sums.mass}, exchange_->active_nodes(), owned.get(), impulse.get());
+    const double smallest_mass = empty_mass * sums.mass;
+    grid_update({physics_.gravity, dt, smallest_mass}, exchange_->active_nodes(), owned.get(), impulse.get());
+    if (acceleration_ && dt > 0.0) accelerate(dt, time, smallest_mass, owned.get(), impulse.get(), faults);
     apply_constraints(constraints_, owned.get(), impulse.get());
   }
   {
@@ -116,10 +120,27 @@ void Solver::transfer_to_grid(double dt) {
   }
 }
 
+// Adds dt times the acceleration field at the nodes that have mass. Each node has one owner, who evaluates it.
+void Solver::accelerate(double dt, double time, double smallest_mass, Node* nodes, Node* impulse, StepBounds& faults) {
+  const GridGeometry& geometry = physics_.grid;
+  for (const LocalIndex n : exchange_->active_nodes()) {
+    if (!(nodes[n].c[3] > smallest_mass)) continue;
+    const Int3 node = grid_.node(n);
+    const Vec3 gain = dt * (*acceleration_)(geometry.node_position(node), time);
+    for (int a = 0; a < 3; ++a) {
+      nodes[n].c[a] += gain[a];
+      if (impulse) impulse[n].c[a] += gain[a];
+    }
+    if (gain.allFinite()) continue;
+    ++faults.n_undefined_nodes;
+    faults.undefined_node = std::min(faults.undefined_node, geometry.node_number(node));
+  }
+}
+
 // Whether the motion that the nodes would give the particles is acceptable. One more all-reduce, on judged steps only.
-bool Solver::judge(const TimeStepPlan& plan) {
+bool Solver::judge(const TimeStepPlan& plan, const StepBounds& faults) {
   const Phase phase(times_, "judge");
-  StepBounds motion;
+  StepBounds motion = faults;
   measure_motion(physics_.grid, physics_.transfer, layout_, map_, pool_.data(), particles_, motion);
   motion = reduce_(motion);
   if (motion.failed()) {  // no smaller step would mend it
@@ -278,14 +299,17 @@ void Solver::measure_start() {
 }
 
 VecHandle Solver::node_values() {
-  transfer_to_grid(0.0);
+  StepBounds none;
+  transfer_to_grid(0.0, 0.0, none);
   VecHandle copy = grid_.create_vector();
   const NodeAccess from(owned_), to(copy);
   for (const LocalIndex n : exchange_->active_nodes()) to.get()[n] = from.get()[n];
   return copy;
 }
 
-void Solver::report_failure() const { throw RunError(describe_failure(comm_, particles_, physics_.materials, bounds_)); }
+void Solver::report_failure() const {
+  throw RunError(describe_failure(comm_, physics_.grid, particles_, physics_.materials, bounds_));
+}
 
 std::size_t Solver::memory() const {
   std::size_t total = particles_.memory() + layout_.memory();

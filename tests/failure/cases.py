@@ -110,6 +110,11 @@ particles_per_cell = 8
     Case("check_fixed_step_above_limit", USAGE, r"fixed time step of 0\.005 s is above the elastic limit",
          replace=FIXED_STEP, arguments=["check", "{scene}"]),
 
+    Case("bad_formula", USAGE, r'scene\.toml:\d+:\d+: .*velocity_field\.1.*"sin\(q\)".*token "q"',
+         replace={"particles_per_cell = 8": 'particles_per_cell = 8\nvelocity_field = ["0", "sin(q)", "0"]'}),
+    Case("velocity_without_value", USAGE, r"scene\.toml:\d+:\d+: body 'ball' has a velocity_field without a finite value",
+         replace={"particles_per_cell = 8": 'particles_per_cell = 8\nvelocity_field = ["0", "log(x - 0.1)", "0"]'}),
+
     # The command line
     Case("unknown_subcommand", USAGE, r"bend", arguments=["bend", "{scene}"]),
     Case("no_subcommand", USAGE, r"subcommand", arguments=[]),
@@ -148,6 +153,8 @@ particles_per_cell = 8
     Case("info_flipped_byte", FAILED, r"checkpoint_000000005\.h5.*checksum", prepare=flip_byte, arguments=INFO),
 
     # The run itself: on four ranks the particle leaves from one of them
+    Case("acceleration_without_value", FAILED, r"t = 0\.00\d+ s: the acceleration_field is NaN or infinite on \d+ nodes?, "
+         r"first at \(.*\) m", replace={'title = "ball"': 'acceleration_field = ["0", "0", "x < 0.08 ? sqrt(0.002 - t) : 0"]'}),
     Case("escaping_particle", FAILED, r"particles? left the domain .* is particle \d+ .* at \(.*\) m with speed 20 m/s",
          replace={"velocity = [0.0, 0.0, -1.0]": "velocity = [20.0, 0.0, 0.0]"}, append='[boundaries]\nx_upper = "open"\n'),
 ]

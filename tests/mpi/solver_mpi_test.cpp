@@ -254,6 +254,57 @@ TEST_F(SolverTest, TooSmallASmallestStepEndsTheRunAlikeOnEveryRank) {
       "the time step would fall below its smallest value of 0.0004 s: even that step deforms a particle by more than 0.001");
 }
 
+// --- the acceleration field ------------------------------------------------------------------------------------------
+
+Vec3 mean_velocity(const ParticleSet& particles) {  // of particles of one mass
+  Vec3 sum = Vec3::Zero();
+  for (LocalIndex p = 0; p < particles.size(); ++p) sum += particles.vector(Field::velocity, p);
+  return sum / particles.size();
+}
+
+TEST_F(SolverTest, AnAccelerationFieldMovesParticlesTheSameOnAnyNumberOfRanks) {
+  for (const TransferScheme scheme : {TransferScheme::apic, TransferScheme::flip}) {
+    TransferSettings transfer = some_transfers()[0];
+    transfer.scheme = scheme;
+    SolverScene scene = empty_scene(transfer, {8, 8, 8}, {false, false, false});
+    scene.physics.gravity = Vec3(0.0, 0.0, -1.0);
+    scene.physics.acceleration_field.text = {"3 + t", "0", "1"};
+    add_block(scene, scene.physics.grid.lower + Vec3(0.3, 0.3, 0.3), {4, 4, 4}, 1, Vec3::Zero());
+    scene.physics.time.mode = TimeStepMode::fixed;
+    scene.physics.time.fixed_step = 1e-4;
+    const auto alone = solver_of(self, scene, partition_of(self, scene, PartitionMethod::uniform));
+    const auto solver = solver_of(comm, scene, partition_of(comm, scene, PartitionMethod::uniform));
+    TimeStepState state_alone, state;
+    const Vec3 before = mean_velocity(scene.particles);
+    double time = 0.5, gain = 0.0;
+    for (int step = 0; step < 20; ++step) {
+      solver->step(1.0, 0, state, time);
+      alone->step(1.0, 0, state_alone, time);
+      gain += 1e-4 * (3.0 + time);
+      time += 1e-4;
+    }
+    const ParticleSet particles = gathered(comm, solver->particles());
+    EXPECT_TRUE(same_particles(gathered(self, alone->particles()), particles));
+    EXPECT_NEAR((mean_velocity(particles) - before - Vec3(gain, 0.0, 0.0)).norm(), 0.0, 1e-13);
+  }
+}
+
+TEST_F(SolverTest, AnAccelerationWithoutAValueIsTheSameErrorOnEveryRank) {
+  for (const bool adaptive : {false, true}) {
+    SolverScene scene = empty_scene(some_transfers()[0], {8, 8, 8}, {false, false, false});
+    add_block(scene, scene.physics.grid.lower + Vec3(0.3, 0.3, 0.3), {4, 4, 4}, 1, Vec3::Zero());
+    scene.physics.acceleration_field.text = {"t < 1 ? 0 : sqrt(-1)", "0", "0"};
+    scene.physics.time.mode = adaptive ? TimeStepMode::adaptive : TimeStepMode::fixed;
+    scene.physics.time.fixed_step = 1e-4;
+    const auto solver = solver_of(comm, scene, partition_of(comm, scene, PartitionMethod::uniform));
+    TimeStepState state;
+    solver->step(1.0, 0, state, 0.5);
+    const std::string text = sentence([&] { solver->step(1.0, 0, state, 1.0); });
+    EXPECT_EQ(text.find("the acceleration_field is NaN or infinite on "), 0u) << text;
+    EXPECT_NE(text.find(" nodes, first at ("), std::string::npos) << text;
+  }
+}
+
 // --- particles that leave --------------------------------------------------------------------------------------------
 
 TEST_F(SolverTest, OutflowRemovesAndCounts) {

@@ -48,12 +48,14 @@ struct StepBounds {
   GlobalIndex n_inverted = 0;                                       ///< det(1 + dt L) <= 0
   GlobalIndex n_escaped = 0;                                        ///< left the domain where no outflow is declared
   GlobalIndex failed_id = std::numeric_limits<GlobalIndex>::max();  ///< smallest id among the failures
+  GlobalIndex n_undefined_nodes = 0;                                ///< where the acceleration field has no finite value
+  GlobalIndex undefined_node = std::numeric_limits<GlobalIndex>::max();  ///< the first of them, z fastest
   // Requests
   std::int32_t needs_rebuild = 0;  ///< a particle entered a tile that the pools do not hold
   std::int32_t needs_sort = 0;     ///< a rank's particles have lost their order; all sort together, for all would wait
   std::int32_t stop_request = 0;   ///< signal or wall time, see Simulation
 
-  bool failed() const { return n_not_finite + n_inverted + n_escaped > 0; }
+  bool failed() const { return n_not_finite + n_inverted + n_escaped + n_undefined_nodes > 0; }
 
   void merge(const StepBounds& other) {
     speed.include(other.speed);
@@ -74,6 +76,8 @@ struct StepBounds {
     n_inverted += other.n_inverted;
     n_escaped += other.n_escaped;
     failed_id = std::min(failed_id, other.failed_id);
+    n_undefined_nodes += other.n_undefined_nodes;
+    undefined_node = std::min(undefined_node, other.undefined_node);
     needs_rebuild = std::max(needs_rebuild, other.needs_rebuild);
     needs_sort = std::max(needs_sort, other.needs_sort);
     stop_request = std::max(stop_request, other.stop_request);

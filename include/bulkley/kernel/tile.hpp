@@ -41,6 +41,17 @@ struct GridGeometry {
   int n_tiles(int axis) const { return (n_nodes(axis) + tile_width - 1) / tile_width; }
   TileIndex n_tiles() const { return n_tiles(0) * n_tiles(1) * n_tiles(2); }
   double node_coordinate(int axis, int index) const { return lower[axis] + (index - node_offset(axis)) * cell_size; }
+  Vec3 node_position(const Int3& n) const {
+    return {node_coordinate(0, n[0]), node_coordinate(1, n[1]), node_coordinate(2, n[2])};
+  }
+  /// Number of a node among all, z fastest, and the node of a number.
+  GlobalIndex node_number(const Int3& n) const {
+    return (static_cast<GlobalIndex>(n[0]) * n_nodes(1) + n[1]) * n_nodes(2) + n[2];
+  }
+  Int3 node_of_number(GlobalIndex number) const {
+    const GlobalIndex nz = n_nodes(2), ny = n_nodes(1);
+    return {static_cast<int>(number / (ny * nz)), static_cast<int>(number / nz % ny), static_cast<int>(number % nz)};
+  }
 
   /// Distance from the base node to the particle's cell origin, in cells: base = floor(xi - shift) + node_offset.
   double base_shift() const { return order == SplineOrder::quadratic ? 0.5 : 1.0; }

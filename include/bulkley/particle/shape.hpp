@@ -27,6 +27,11 @@ struct Capsule {
   Vec3 start, end;  ///< m
   double radius;    ///< m
 };
+/// An ellipsoid with its axes along x, y, z.
+struct Ellipsoid {
+  Vec3 center;  ///< m
+  Vec3 radii;   ///< m, half axes
+};
 /// The half-space { x : (x - point) . normal <= 0 }; a collider only.
 struct Plane {
   Vec3 point;   ///< m
@@ -49,7 +54,7 @@ struct Placed {
 };
 
 struct Shape {
-  std::variant<Box, Sphere, Cylinder, Capsule, Plane, Union, Placed> kind;
+  std::variant<Box, Sphere, Cylinder, Capsule, Ellipsoid, Plane, Union, Placed> kind;
 };
 
 struct Bounds {

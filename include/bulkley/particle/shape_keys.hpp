@@ -10,6 +10,7 @@ const config::Keys<Box>& keys(config::Of<Box>);
 const config::Keys<Sphere>& keys(config::Of<Sphere>);
 const config::Keys<Cylinder>& keys(config::Of<Cylinder>);
 const config::Keys<Capsule>& keys(config::Of<Capsule>);
+const config::Keys<Ellipsoid>& keys(config::Of<Ellipsoid>);
 const config::Keys<Plane>& keys(config::Of<Plane>);
 const config::Keys<Union>& keys(config::Of<Union>);
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "bulkley/base/log.hpp"
+#include "bulkley/config/formula.hpp"
 #include "bulkley/domain/exchange.hpp"
 #include "bulkley/domain/migrate.hpp"
 #include "bulkley/domain/partition.hpp"
@@ -26,6 +27,7 @@ struct Physics {
   std::vector<NamedMaterial> materials;
   Faces faces;
   std::vector<Collider> colliders;
+  VectorFormula acceleration_field;  ///< m/s^2, of x, y, z, t
 };
 
 /// How a step went.
@@ -56,15 +58,17 @@ class Solver {
   VecHandle node_values();
 
   /// Advances by one time step of at most `remaining` seconds. `stop_request` rides on the all-reduce and comes back merged
-  /// in bounds.stop_request. Throws RunError, alike on every rank, when particles fail. Collective.
-  StepReport step(double remaining, int stop_request, TimeStepState& state);
+  /// in bounds.stop_request. `time`: at the start of the step, s, for the acceleration field. Throws RunError, alike on
+  /// every rank, when particles fail. Collective.
+  StepReport step(double remaining, int stop_request, TimeStepState& state, double time = 0.0);
 
   /// Bytes of particles, pools, grid and work arrays on this rank. Not collective.
   std::size_t memory() const;
 
  private:
-  void transfer_to_grid(double dt);
-  bool judge(const TimeStepPlan& plan);
+  void transfer_to_grid(double dt, double time, StepBounds& faults);
+  void accelerate(double dt, double time, double smallest_mass, Node* nodes, Node* impulse, StepBounds& faults);
+  bool judge(const TimeStepPlan& plan, const StepBounds& faults);
   void transfer_to_particles(double dt, StepBounds& local);
   void settle(StepBounds& local);
   void start_placing();
@@ -86,6 +90,7 @@ class Solver {
   std::unique_ptr<Exchange> exchange_;
   NodeVector pool_, impulse_;
   std::vector<NodeConstraint> constraints_;
+  std::optional<VectorField> acceleration_;
   CellMap map_;
   std::vector<Stray> strays_;
   std::vector<LocalIndex> removed_, departed_;

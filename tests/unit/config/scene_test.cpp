@@ -105,7 +105,7 @@ TEST(SceneFaults, UnknownKeysAndTables) {
   EXPECT_EQ(
       faults_of(small_scene + "colour = 1\n"),
       "s.toml:13:1: unknown key 'colour' in [bodies.0]; known: 'name', 'material', 'shape', 'velocity', 'angular_velocity', "
-      "'center', 'particles_per_cell', 'lattice', 'seed'");
+      "'center', 'velocity_field', 'particles_per_cell', 'lattice', 'seed'");
 }
 
 TEST(SceneFaults, RepeatedKeys) {
@@ -195,10 +195,10 @@ TEST(SceneFaults, Bodies) {
 }
 
 TEST(SceneFaults, Shapes) {
-  EXPECT_EQ(
-      faults_of(with_shape("{ type = \"ball\" }")),
-      "s.toml:12:18: 'bodies.0.shape.type' is \"ball\"; it must be one of \"box\", \"sphere\", \"cylinder\", \"capsule\", "
-      "\"plane\", \"union\"");
+  EXPECT_EQ(faults_of(with_shape("{ type = \"ball\" }")),
+            "s.toml:12:18: 'bodies.0.shape.type' is \"ball\"; it must be one of \"box\", \"sphere\", \"cylinder\", "
+            "\"capsule\", \"ellipsoid\", "
+            "\"plane\", \"union\"");
   EXPECT_EQ(faults_of(with_shape("{ radius = 1 }")), "s.toml:12:9: required key 'type' is missing in [bodies.0.shape]");
   EXPECT_EQ(faults_of(with_shape("{ type = \"sphere\", center = [0, 0, 0], radius = 0 }")),
             "s.toml:12:57: 'bodies.0.shape.radius' is 0; it must be greater than 0");

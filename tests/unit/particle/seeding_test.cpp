@@ -337,5 +337,25 @@ TEST(Seeding, BadBodiesAreUsageErrors) {
   EXPECT_THROW(count_particles(huge, {body_of(slanted_cylinder)}, 0, 0), UsageError);
 }
 
+TEST(Seeding, VelocityFieldAddsToVelocityAndSpin) {
+  const GridGeometry grid = unit_grid(10);
+  Body body = body_of({Box{grid.lower, grid.upper()}}, 27);
+  body.velocity = Vec3(0.1, 0.2, 0.3);
+  body.angular_velocity = Vec3(0.0, 0.0, 2.0);
+  body.center = Vec3(0.05, 0.1, 0.2);
+  body.velocity_field.text = {"sin(2*pi*x)", "y*z", "x*x"};
+  const ParticleSet set = seeded(grid, {body});
+  for (LocalIndex p = 0; p < set.size(); p += 7) {
+    const Vec3 x = set.vector(Field::position, p);
+    const Vec3 truth(0.1 - 2.0 * (x[1] - 0.1) + std::sin(2.0 * pi * x[0]), 0.2 + 2.0 * (x[0] - 0.05) + x[1] * x[2],
+                     0.3 + x[0] * x[0]);
+    EXPECT_LE((set.vector(Field::velocity, p) - truth).norm(), 1e-14);
+    Mat3 gradient;
+    gradient << 2.0 * pi * std::cos(2.0 * pi * x[0]), -2.0, 0.0, 2.0, x[2], x[1], 2.0 * x[0], 0.0, 0.0;
+    for (int c = 0; c < 9; ++c)
+      EXPECT_NEAR(set.real(Field::affine_velocity, c)[p], gradient(c / 3, c % 3), 1e-9 * 2.0 * pi) << c;
+  }
+}
+
 }  // namespace
 }  // namespace bulkley

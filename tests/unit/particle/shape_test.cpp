@@ -19,6 +19,7 @@ const Shape box{Box{{-0.1, 0.2, -0.3}, {0.5, 0.6, 0.4}}};
 const Shape sphere{Sphere{{0.1, -0.2, 0.3}, 0.4}};
 const Shape cylinder{Cylinder{{-0.2, -0.1, 0.0}, {0.3, 0.4, 0.2}, 0.25}};
 const Shape capsule{Capsule{{-0.2, -0.1, 0.0}, {0.3, 0.4, 0.2}, 0.25}};
+const Shape ellipsoid{Ellipsoid{{0.1, -0.1, 0.2}, {0.7, 0.3, 0.15}}};
 const Shape plane{Plane{{0.1, 0.0, 0.0}, {1.0, 2.0, -2.0}}};
 const Shape both{Union{{sphere, box}}};
 Shape placed(const Shape& part, double angle) {
@@ -62,6 +63,15 @@ TEST(Shape, DistancesAtKnownPlaces) {
   const Shape pill{Capsule{{0.0, 0.0, -1.0}, {0.0, 0.0, 1.0}, 0.5}};
   EXPECT_NEAR(signed_distance(pill, {0.3, 0.0, 0.5}), -0.2, 1e-15);
   EXPECT_NEAR(signed_distance(pill, {0.3, 0.0, 1.4}), 0.0, 1e-15);
+  EXPECT_NEAR(signed_distance(ellipsoid, {0.1, -0.1, 0.2}), -0.15, 1e-12);  // the centre: as deep as the shortest axis
+  EXPECT_NEAR(signed_distance(ellipsoid, {1.0, -0.1, 0.2}), 0.2, 1e-14);
+  EXPECT_NEAR(signed_distance(ellipsoid, {0.1, -0.5, 0.2}), 0.1, 1e-14);
+  // From inside the focal conic the nearest point is off the axis: of (0.3, 0, 0) with half axes 0.7 and 0.15 it has the
+  // abscissa 0.3 x 0.49 / (0.49 - 0.0225).
+  const double abscissa = 0.3 * 0.49 / 0.4675, height = 0.15 * std::sqrt(1.0 - abscissa * abscissa / 0.49);
+  EXPECT_NEAR(signed_distance(ellipsoid, {0.4, -0.1, 0.2}), -std::hypot(abscissa - 0.3, height), 1e-12);
+  const Shape round{Ellipsoid{{0.1, -0.2, 0.3}, {0.4, 0.4, 0.4}}};
+  for (const Vec3& x : random_points(100)) EXPECT_NEAR(signed_distance(round, x), signed_distance(sphere, x), 1e-14);
   EXPECT_NEAR(signed_distance(both, {0.1, -0.2, 0.3}), -0.4, 1e-15);
   EXPECT_NEAR(signed_distance(both, {0.7, 0.4, 0.0}), 0.2, 1e-15);
 }
@@ -74,11 +84,12 @@ TEST(Shape, VolumesAreExact) {
   EXPECT_NEAR(volume(sphere, n), ball * 0.064, 1e-3 * ball * 0.064);
   EXPECT_NEAR(volume(cylinder, n), pi * 0.0625 * length, 1e-3 * pi * 0.0625 * length);
   EXPECT_NEAR(volume(capsule, n), pi * 0.0625 * length + ball * 0.015625, 1e-3 * (pi * 0.0625 * length + ball * 0.015625));
+  EXPECT_NEAR(volume(ellipsoid, n), ball * 0.7 * 0.3 * 0.15, 1e-3 * ball * 0.7 * 0.3 * 0.15);
   EXPECT_NEAR(volume(placed(Shape{Box{{-0.2, -0.3, -0.1}, {0.3, 0.2, 0.4}}}, 0.7), n), 0.125, 1e-3 * 0.125);
 }
 
 TEST(Shape, DistancesGrowByOneAlongTheNormal) {
-  const Shape shapes[] = {box, sphere, cylinder, capsule, plane, both, placed(box, 0.8), placed(cylinder, 2.0)};
+  const Shape shapes[] = {box, sphere, cylinder, capsule, ellipsoid, plane, both, placed(box, 0.8), placed(cylinder, 2.0)};
   for (const Shape& shape : shapes) {
     SCOPED_TRACE(shape_name(shape));
     for (const Vec3& x : random_points(300)) {
@@ -95,7 +106,7 @@ TEST(Shape, DistancesGrowByOneAlongTheNormal) {
 }
 
 TEST(Shape, NormalsAreTheGradientInsideToo) {
-  const Shape shapes[] = {box, sphere, cylinder, capsule, plane, both, placed(box, 0.8), placed(capsule, -1.0)};
+  const Shape shapes[] = {box, sphere, cylinder, capsule, ellipsoid, plane, both, placed(box, 0.8), placed(capsule, -1.0)};
   for (const Shape& shape : shapes) {
     SCOPED_TRACE(shape_name(shape));
     const double h = 1e-6;
@@ -140,7 +151,7 @@ TEST(Shape, PlacedTurnsThenMoves) {
 }
 
 TEST(Shape, BoundsHoldTheShapeAndTouchIt) {
-  const Shape shapes[] = {box, sphere, cylinder, capsule, both, placed(cylinder, 0.4), placed(both, -2.0)};
+  const Shape shapes[] = {box, sphere, cylinder, capsule, ellipsoid, both, placed(cylinder, 0.4), placed(both, -2.0)};
   for (const Shape& shape : shapes) {
     SCOPED_TRACE(shape_name(shape));
     const Bounds b = bounds(shape);
@@ -175,6 +186,8 @@ TEST(Shape, DegenerateShapesAreUsageErrors) {
                        {Cylinder{{0, 0, 1}, {0, 0, 1}, 1.0}},
                        {Cylinder{{0, 0, 0}, {0, 0, 1}, -1.0}},
                        {Capsule{{0, 0, 0}, {0, 0, 1}, nan}},
+                       {Ellipsoid{{0, 0, 0}, {1, 0, 1}}},
+                       {Ellipsoid{{0, 0, 0}, {1, nan, 1}}},
                        {Plane{{0, 0, 0}, {0, 0, 0}}},
                        {Union{}},
                        {Union{{sphere, {Sphere{{0, 0, 0}, -1.0}}}}},
@@ -182,8 +195,8 @@ TEST(Shape, DegenerateShapesAreUsageErrors) {
                        placed({Sphere{{0, 0, 0}, 0.0}}, 0.0),
                        placed(sphere, nan)};
   for (const Shape& shape : bad) EXPECT_THROW(check_shape(shape, "body 'a'"), UsageError) << shape_name(shape);
-  const Shape good[] = {box,   sphere, cylinder,          capsule,
-                        plane, both,   placed(both, 1.0), {Capsule{{0, 0, 0}, {0, 0, 0}, 1.0}}};
+  const Shape good[] = {
+      box, sphere, cylinder, capsule, ellipsoid, plane, both, placed(both, 1.0), {Capsule{{0, 0, 0}, {0, 0, 0}, 1.0}}};
   for (const Shape& shape : good) EXPECT_NO_THROW(check_shape(shape, "body 'a'")) << shape_name(shape);
   try {
     check_shape({Sphere{{0, 0, 0}, -2.0}}, "collider 'rod'");

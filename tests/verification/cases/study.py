@@ -154,4 +154,6 @@ def toml(value):
         return value if re.fullmatch(r"[\w.]+", value) else json.dumps(value)
     if isinstance(value, (list, tuple)):
         return "[" + ", ".join(json.dumps(v) if isinstance(v, str) else toml(v) for v in value) + "]"
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{key} = {json.dumps(v) if isinstance(v, str) else toml(v)}" for key, v in value.items()) + " }"
     return repr(float(value)) if isinstance(value, float) else str(value)

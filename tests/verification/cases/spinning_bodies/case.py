@@ -1,0 +1,64 @@
+#!/usr/bin/env python3
+"""Angular momentum of bodies that spin freely: kept by APIC to rounding, lost by PIC, left to drift by FLIP."""
+
+import numpy
+
+from study import Study
+
+TURN = 0.314159265358979  # s, of the disk
+ELLIPSOID = {
+    "domain.upper": [0.32, 0.32, 0.32],
+    "bodies.body.shape": {"type": "ellipsoid", "center": [0.16, 0.16, 0.16], "radii": [0.1, 0.06, 0.05]},
+    "bodies.body.angular_velocity": [8.0, 6.0, 20.0],  # about no principal axis: it tumbles
+    "boundaries.z_lower": "open", "boundaries.z_upper": "open"}
+
+
+def momentum(run):
+    """Time, and the vector of angular momentum at each row of the history."""
+    history = run.history()
+    return history["time_s"], numpy.column_stack([history[f"angular_momentum_{axis}_kg_m2s"] for axis in "xyz"])
+
+
+def change(vectors):
+    """|L(t) - L(0)| / |L(0)|."""
+    return numpy.linalg.norm(vectors - vectors[0], axis=1) / numpy.linalg.norm(vectors[0])
+
+
+def main():
+    study = Study("spinning_bodies", "Spinning bodies", "Conservation of angular momentum")
+    turns = 10 if study.long else 1
+    sizes = (0.02, 0.01)
+    drawn = {}
+    for scheme in ("apic", "flip", "pic"):
+        changes = []
+        for size in sizes:
+            sets = {"transfer.scheme": scheme, "domain.cell_size": size, "domain.upper": [0.32, 0.32, 4 * size],
+                    "bodies.body.shape.end": [0.16, 0.16, 4 * size], "time.end": turns * TURN}
+            run = study.run_on_both if scheme == "apic" else study.run
+            time, vectors = momentum(run(f"disk_{scheme}_{size:g}", sets))
+            changes.append(change(vectors).max())
+            drawn[f"{scheme.upper()}, {0.1 / size:g} cells per radius"] = time / TURN, vectors[:, 2] / vectors[0, 2]
+            if scheme == "apic":
+                study.expect_at_most(f"change of the disk's angular momentum, APIC, {0.1 / size:g} cells per radius", changes[-1],
+                                     1e-10)
+        text = " and ".join(f"{100 * c:.3g} %" for c in changes)
+        if scheme == "pic":
+            kept = drawn[f"PIC, {0.1 / sizes[-1]:g} cells per radius"][1][-1]
+            study.expect_at_most("angular momentum that PIC keeps, which must decay", kept, 0.9)
+        if scheme != "apic":
+            study.remark(f"{scheme.upper()} changes the disk's angular momentum by at most {text} in {turns} turns with "
+                         f"{' and '.join(f'{0.1 / size:g}' for size in sizes)} cells per radius.")
+    ellipsoid = study.run_on_both("ellipsoid", ELLIPSOID | {"time.end": turns * TURN})
+    study.expect_at_most("change of the tumbling ellipsoid's angular momentum, APIC", change(momentum(ellipsoid)[1]).max(), 1e-10)
+
+    def draw(axes):
+        for label, (time, ratio) in drawn.items():
+            axes.plot(time, ratio, label=label)
+        axes.set(xlabel="turns", ylabel="L(t) / L(0)")
+        axes.legend(fontsize="small")
+    study.plot(draw, "Angular momentum of the disk.")
+    study.finish()
+
+
+if __name__ == "__main__":
+    main()
