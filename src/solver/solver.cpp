@@ -106,8 +106,11 @@ void Solver::transfer_to_grid(double dt) {
   }
   {
     const Phase phase(times_, "grid_update");
-    grid_update({physics_.gravity, dt, empty_mass * sums.mass}, exchange_->active_nodes(), owned.get(), impulse.get());
+    const GridUpdate update{physics_.gravity, dt, empty_mass * sums.mass};
+    fold_images(update, images_, owned.get(), impulse.get());
+    grid_update(update, exchange_->active_nodes(), owned.get(), impulse.get());
     apply_constraints(constraints_, owned.get(), impulse.get());
+    unfold_images(images_, owned.get(), impulse.get());
   }
   {
     const Phase phase(times_, "exchange");
@@ -236,6 +239,11 @@ void Solver::rebuild() {
   for (std::size_t n = 0; n < active.size(); ++n) nodes[n] = grid_.node(active[n]);
   constraints_ = node_constraints(geometry, physics_.faces, physics_.colliders, nodes);
   for (NodeConstraint& constraint : constraints_) constraint.node = active[static_cast<std::size_t>(constraint.node)];
+  images_ = node_images(geometry, physics_.faces, nodes);
+  for (NodeImage& image : images_) {
+    image.behind = active[static_cast<std::size_t>(image.behind)];
+    image.front = active[static_cast<std::size_t>(image.front)];
+  }
 
   start_placing();
   locate(geometry, layout_, particles_, map_, strays_);
@@ -292,6 +300,7 @@ std::size_t Solver::memory() const {
   total += (pool_.capacity() + impulse_.capacity()) * sizeof(Node);
   total += static_cast<std::size_t>(grid_.n_owned()) * sizeof(Node) * (owned_impulse_ ? 2 : 1);
   total += (map_.cell.capacity() + map_.count.capacity()) * sizeof(LocalIndex);
+  total += images_.capacity() * sizeof(NodeImage);
   total += constraints_.capacity() * sizeof(NodeConstraint) + partition_.worker.capacity() * sizeof(std::int32_t);
   return total;
 }

@@ -12,6 +12,7 @@ const config::Keys<Cylinder>& keys(config::Of<Cylinder>);
 const config::Keys<Capsule>& keys(config::Of<Capsule>);
 const config::Keys<Plane>& keys(config::Of<Plane>);
 const config::Keys<Union>& keys(config::Of<Union>);
+const config::Keys<Complement>& keys(config::Of<Complement>);
 
 /// The turn of a placed shape as scenes write it.
 struct RotationInput {

@@ -86,6 +86,7 @@ class Solver {
   std::unique_ptr<Exchange> exchange_;
   NodeVector pool_, impulse_;
   std::vector<NodeConstraint> constraints_;
+  std::vector<NodeImage> images_;
   CellMap map_;
   std::vector<Stray> strays_;
   std::vector<LocalIndex> removed_, departed_;
