@@ -53,6 +53,12 @@ int cells_inside(const GridGeometry& grid, int f, const Int3& node) {
   return f % 2 == 0 ? from_lower : grid.n_cells[static_cast<std::size_t>(axis)] - from_lower;
 }
 
+/// How far in front of a collider a node is still held. The nodes nearest to the surface hold what adheres to it: those behind
+/// it alone, up to a cell away, would have next to no weight left for the material at the surface, which would slide past.
+double reach(const GridGeometry& grid, Contact contact) {
+  return contact == Contact::separating ? 0.0 : 0.5 * grid.cell_size;
+}
+
 }  // namespace
 
 std::vector<NodeConstraint> node_constraints(const GridGeometry& grid, const Faces& faces,
@@ -78,7 +84,7 @@ std::vector<NodeConstraint> node_constraints(const GridGeometry& grid, const Fac
     }
     const Vec3 x(grid.node_coordinate(0, node[0]), grid.node_coordinate(1, node[1]), grid.node_coordinate(2, node[2]));
     for (const Collider& collider : colliders)
-      if (signed_distance(collider.shape, x) <= 0.0)
+      if (signed_distance(collider.shape, x) <= reach(grid, collider.contact))
         result.push_back({index, collider.contact, collider.friction, outward_normal(collider.shape, x), Vec3::Zero()});
 
     // A second wall may turn the velocity back into the first: the second round leaves at most cos^2 of their angle of it.

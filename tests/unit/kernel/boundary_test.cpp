@@ -207,24 +207,31 @@ TEST(Boundary, TwoSeparatingWallsInARightAngleStopBothNormals) {
 
 // --- colliders -------------------------------------------------------------------------------------------------------
 
-TEST(Boundary, ColliderHoldsTheNodesInsideItAlongItsNormals) {
+TEST(Boundary, ColliderHoldsTheNearestNodesAlongItsNormals) {
   const GridGeometry grid = small_grid();
   const Vec3 center(0.0, 0.55, 0.95);
-  const Collider ball{"ball", {Sphere{center, 0.17}}, Contact::slip, 0.0};
   const std::vector<Int3> nodes = all_nodes(grid);
-  const auto constraints = node_constraints(grid, all(FaceKind::open), {ball}, nodes);
-  std::size_t inside = 0;
-  for (const Int3& n : nodes) {
-    const Vec3 x(grid.node_coordinate(0, n[0]), grid.node_coordinate(1, n[1]), grid.node_coordinate(2, n[2]));
-    inside += (x - center).norm() <= 0.17 ? 1 : 0;
+  std::vector<std::size_t> held;
+  for (const Contact contact : {Contact::separating, Contact::slip, Contact::sticky}) {
+    const Collider ball{"ball", {Sphere{center, 0.17}}, contact, 0.0};
+    const double reach = contact == Contact::separating ? 0.17 : 0.17 + 0.5 * grid.cell_size;
+    const auto constraints = node_constraints(grid, all(FaceKind::open), {ball}, nodes);
+    held.push_back(constraints.size());
+    std::size_t within = 0;
+    for (const Int3& n : nodes) {
+      const Vec3 x(grid.node_coordinate(0, n[0]), grid.node_coordinate(1, n[1]), grid.node_coordinate(2, n[2]));
+      within += (x - center).norm() <= reach ? 1 : 0;
+    }
+    EXPECT_EQ(constraints.size(), within);
+    for (const NodeConstraint& c : constraints) {
+      const Int3& n = nodes[static_cast<std::size_t>(c.node)];
+      const Vec3 x(grid.node_coordinate(0, n[0]), grid.node_coordinate(1, n[1]), grid.node_coordinate(2, n[2]));
+      EXPECT_LE((c.normal - (x - center).normalized()).norm(), 1e-12);
+    }
   }
-  ASSERT_GT(inside, 10u);
-  EXPECT_EQ(constraints.size(), inside);
-  for (const NodeConstraint& c : constraints) {
-    const Int3& n = nodes[static_cast<std::size_t>(c.node)];
-    const Vec3 x(grid.node_coordinate(0, n[0]), grid.node_coordinate(1, n[1]), grid.node_coordinate(2, n[2]));
-    EXPECT_LE((c.normal - (x - center).normalized()).norm(), 1e-12);
-  }
+  ASSERT_GT(held[0], 10u);
+  EXPECT_GT(held[1], held[0] + 10);
+  EXPECT_EQ(held[1], held[2]);
 }
 
 TEST(Boundary, BadWallsAreUsageErrors) {

@@ -54,10 +54,10 @@ def yielding_from(y, particles):
 
 
 def unsteadiness(run):
-    """Relative change of the mean speed over the last tenth of the run, from the kinetic energy."""
+    """Relative change of the mean speed along x over the last tenth of the run."""
     history = run.history()
-    late = history["kinetic_energy_J"][history["time_s"] >= 0.9 * history["time_s"][-1]]
-    return float(0.5 * (late.max() - late.min()) / late[-1])
+    late = history["momentum_x_kg_ms"][history["time_s"] >= 0.9 * history["time_s"][-1]]
+    return float((late.max() - late.min()) / late[-1])
 
 
 def channel_sets(half, cells, layers=(-1.0, 1.0)):

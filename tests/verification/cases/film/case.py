@@ -9,8 +9,8 @@ from study import Study
 WEIGHT, DENSITY = 9810.0, 100.0  # of a fluid of 1000 kg/m^3, N/m^3; and the density of the run
 # By name: angle, fluid with the thickness, end of the run.
 FILMS = {
-    "30 degrees, n = 1": (30.0, Flow(10.0, 5.0, 1.0, WEIGHT * math.sin(math.radians(30.0)), 0.01), 0.02),
-    "20 degrees, n = 0.5": (20.0, Flow(20.0, 10.0, 0.5, WEIGHT * math.sin(math.radians(20.0)), 0.02), 0.08),
+    "30 degrees, n = 1": (30.0, Flow(10.0, 5.0, 1.0, WEIGHT * math.sin(math.radians(30.0)), 0.01), 0.05),
+    "20 degrees, n = 0.5": (20.0, Flow(20.0, 10.0, 0.5, WEIGHT * math.sin(math.radians(20.0)), 0.02), 0.12),
 }
 
 
@@ -20,6 +20,7 @@ def run(study, name, cells):
     upper = [*box["domain.upper"][:2], flow.half]
     return study.run_on_both(f"angle{angle:g}_{cells}", {
         **box, **flow.fluid_sets(bulk=32.0), "bodies.0.shape.lower": [0.0, 0.0, 0.0], "bodies.0.shape.upper": upper,
+        "materials.fluid.density": DENSITY,
         "gravity": [WEIGHT / DENSITY * math.sin(math.radians(angle)), 0.0,
                     -WEIGHT / DENSITY * math.cos(math.radians(angle))], "time.end": end})
 

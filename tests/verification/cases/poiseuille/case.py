@@ -6,23 +6,22 @@ import numpy
 from steady_shear import Flow, channel_sets, profile_error, unsteadiness, yielding_from
 from study import Study
 
-DENSITY = 100.0
-# Fluids by name: yield stress, consistency, index, driving force per volume, half gap (SI); and the end of the run. The foam is
-# that of the cream preset.
+# Fluids by name: yield stress, consistency, index, driving force per volume, half gap (SI); the density, and the end of the run.
+# The foam is that of the cream preset.
 FLUIDS = {
-    "n = 1": (Flow(10.0, 5.0, 1.0, 2000.0, 0.01), 0.05),
-    "n = 0.5": (Flow(10.0, 5.0, 0.5, 2000.0, 0.01), 0.05),
-    "n = 2": (Flow(0.0, 2.0, 2.0, 1000.0, 0.02), 0.1),
-    "foam, n = 0.22": (Flow(18.4175, 17.8167, 0.22, 5000.0, 0.01), 0.05),
+    "n = 1": (Flow(10.0, 5.0, 1.0, 2000.0, 0.01), 1000.0, 0.15),
+    "n = 0.5": (Flow(10.0, 5.0, 0.5, 2000.0, 0.01), 300.0, 0.1),
+    "n = 2": (Flow(0.0, 2.0, 2.0, 1000.0, 0.02), 1000.0, 0.5),
+    "foam, n = 0.22": (Flow(18.4175, 17.8167, 0.22, 5000.0, 0.01), 100.0, 0.05),
 }
 
 
 def run(study, name, cells):
-    flow, end = FLUIDS[name]
+    flow, density, end = FLUIDS[name]
     box = channel_sets(flow.half, cells)
     return study.run_on_both(f"n{flow.index:g}_{cells}", {
         **box, **flow.fluid_sets(), "bodies.0.shape.lower": box["domain.lower"], "bodies.0.shape.upper": box["domain.upper"],
-        "materials.fluid.density": DENSITY, "gravity": [flow.slope / DENSITY, 0.0, 0.0], "time.end": end})
+        "materials.fluid.density": density, "gravity": [flow.slope / density, 0.0, 0.0], "time.end": end})
 
 
 def main():
@@ -30,7 +29,7 @@ def main():
                   "`u = n/(n+1) (G/K)^(1/n) [(a - y0)^(1+1/n) - max(|y| - y0, 0)^(1+1/n)]`, `y0 = yield stress / G`")
     levels = (8, 16, 32) if study.long else (8, 16)
     profiles = {}
-    for name, (flow, _) in FLUIDS.items():
+    for name, (flow, _, _) in FLUIDS.items():
         errors, rates = [], []
         for cells in levels:
             result = run(study, name, cells)
