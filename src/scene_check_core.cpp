@@ -75,7 +75,7 @@ void check_bodies(const Scene& scene) {
     const Bounds box = bounds(body.shape);
     counts.push_back(0);
     if (!box.lower.allFinite() || !box.upper.allFinite()) {
-      refuse(b, "contains a plane, which is for colliders only");
+      refuse(b, "contains a plane or complement, which is for colliders only");
     } else if (reaches_outside(grid, body)) {
       refuse(b, fmt::format("reaches from {} to {}, outside the domain from {} to {}", vector_text(box.lower),
                             vector_text(box.upper), vector_text(grid.lower), vector_text(grid.upper())));

@@ -220,6 +220,26 @@ const Candidate& best_of(const std::vector<Candidate>& all) {
   return *best;
 }
 
+// Tiles along the axis between which cuts may go. A node just behind a wall and its image in front of it stay with one owner:
+// where they lie in different tiles, which can only happen at the upper face, the last two tiles are never cut apart. No
+// particle belongs to the last one then.
+int n_divisible(const GridGeometry& grid, int axis) {
+  const int behind = grid.n_cells[axis] + grid.node_offset(axis) + 1;
+  const bool apart = !grid.periodic[axis] && behind / tile_width != (behind - 2) / tile_width;
+  return grid.n_tiles(axis) - (apart ? 1 : 0);
+}
+
+// Loads with the last layer of tiles added to the one before it, where the two may not be cut apart.
+std::vector<GlobalIndex> joined(const GridGeometry& grid, const Int3& n_divisible, std::span<const GlobalIndex> load) {
+  std::vector<GlobalIndex> result(static_cast<std::size_t>(n_divisible[0]) * n_divisible[1] * n_divisible[2], 0);
+  for (TileIndex tile = 0; tile < grid.n_tiles(); ++tile) {
+    Int3 at = grid.tile_coordinates(tile);
+    for (int axis = 0; axis < 3; ++axis) at[axis] = std::min(at[axis], n_divisible[axis] - 1);
+    result[(static_cast<std::size_t>(at[0]) * n_divisible[1] + at[1]) * n_divisible[2] + at[2]] += load[tile];
+  }
+  return result;
+}
+
 // What a tile costs: its particles, plus a constant that is about 1 % of the particles when summed over all tiles.
 std::vector<GlobalIndex> tile_weights(PartitionMethod method, std::span<const GlobalIndex> load) {
   std::vector<GlobalIndex> weights(load.size(), 1);
@@ -237,14 +257,16 @@ Partition make_partition(const GridGeometry& grid, const PartitionSettings& sett
                          int n_ranks) {
   const Int3 n_tiles{grid.n_tiles(0), grid.n_tiles(1), grid.n_tiles(2)};
   BULKLEY_ASSERT(load.size() == static_cast<std::size_t>(grid.n_tiles()));
-  const LoadTable table(n_tiles, tile_weights(settings.method, load));
+  const Int3 divisible{n_divisible(grid, 0), n_divisible(grid, 1), n_divisible(grid, 2)};
+  const LoadTable table(divisible, joined(grid, divisible, tile_weights(settings.method, load)));
   const std::vector<Candidate> all = candidates(grid, table, settings.method, n_ranks);
   if (all.empty())
     throw UsageError(
         fmt::format("the grid has {} x {} x {} tiles of {} nodes per axis, too few to give each of {} ranks "
                     "a box of them; use another number of ranks or a finer grid",
                     n_tiles[0], n_tiles[1], n_tiles[2], tile_width, n_ranks));
-  const Candidate& best = best_of(all);
+  Candidate best = best_of(all);
+  for (int axis = 0; axis < 3; ++axis) best.cuts[axis].back() = n_tiles[axis];
 
   Partition partition;
   partition.n_ranks = best.n_ranks;

@@ -27,6 +27,15 @@ void check_periodic_pairs(const Value& table, Faces& faces, Faults& faults) {
   }
 }
 
+/// A wall moves along itself only: the domain keeps its size.
+void check_wall_velocities(const Value& table, Faces& faces, Faults& faults) {
+  for (std::size_t f = 0; f < 6; ++f)
+    if (faces[f].velocity[static_cast<Eigen::Index>(f / 2)] != 0.0)
+      faults.add(table.find(face_names[f])->place,
+                 fmt::format("'{}.{}.velocity' has a part along {}; a face moves along itself only", table.path,
+                             face_names[f], "xyz"[f / 2]));
+}
+
 }  // namespace
 
 config::Names<Contact> names(config::Of<Contact>) {
@@ -41,14 +50,17 @@ config::Names<FaceKind> names(config::Of<FaceKind>) {
 const config::Keys<Face>& keys(config::Of<Face>) {
   static const auto table =
       config::Keys<Face>(
-          "A face as a table, `{ type = \"separating\", friction = 0.3 }`. sticky: no motion; slip: no motion through the "
+          "A face as a table, `{ type = \"separating\", friction = 0.3 }`. sticky: material moves with the wall, which "
+          "rests unless it has a `velocity`; slip: no motion through the "
           "wall; "
           "separating: material may leave the wall, and friction holds what presses on it; periodic: joined to the opposite "
           "face; outflow: particles that cross it are removed and counted; open: no wall, and a particle that crosses it is "
           "an error.")
           .key("type", &Face::kind, {.about = "What the face does.", .required = true})
           .key("friction", &Face::friction, friction_rule())
-          .only_with("type = \"separating\"", [](const Face& face) { return face.kind == FaceKind::separating; });
+          .only_with("type = \"separating\"", [](const Face& face) { return face.kind == FaceKind::separating; })
+          .key("velocity", &Face::velocity, {.about = "Motion of the wall along itself.", .unit = "m/s"})
+          .only_with("type = \"sticky\"", [](const Face& face) { return face.kind == FaceKind::sticky; });
   return table;
 }
 
@@ -61,7 +73,10 @@ const config::Keys<Faces>& keys(config::Of<Faces>) {
           .key("y_upper", [](auto& f) -> auto& { return f[3]; }, {.about = "Face at the upper end of y."})
           .key("z_lower", [](auto& f) -> auto& { return f[4]; }, {.about = "Face at the lower end of z."})
           .key("z_upper", [](auto& f) -> auto& { return f[5]; }, {.about = "Face at the upper end of z."})
-          .check(check_periodic_pairs);
+          .check([](const Value& value, Faces& faces, Faults& faults) {
+            check_periodic_pairs(value, faces, faults);
+            check_wall_velocities(value, faces, faults);
+          });
   return table;
 }
 
@@ -88,7 +103,8 @@ bool Codec<Face>::read(const Value& value, const Rule& rule, Face& out, Faults& 
 }
 
 Value Codec<Face>::write(const Face& face) {
-  return face.friction == 0.0 ? Codec<FaceKind>::write(face.kind) : keys(Of<Face>{}).write(face);
+  const bool plain = face.friction == 0.0 && face.velocity.isZero(0.0);
+  return plain ? Codec<FaceKind>::write(face.kind) : keys(Of<Face>{}).write(face);
 }
 
 void Codec<Face>::describe(const std::string&, std::vector<TableText>& out) { keys(Of<Face>{}).describe("Faces", "", out); }

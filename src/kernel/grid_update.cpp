@@ -1,5 +1,8 @@
 #include "bulkley/kernel/grid_update.hpp"
 
+#include <algorithm>
+#include <ranges>
+
 namespace bulkley {
 
 void grid_update(const GridUpdate& update, std::span<const LocalIndex> active, Node* nodes, Node* impulse) {
@@ -26,6 +29,35 @@ void grid_update(const GridUpdate& update, std::span<const LocalIndex> active, N
       }
     }
   }
+}
+
+// grid_update gives the whole mass the acceleration of gravity. What is behind a wall falls as its image has it; the
+// difference goes with the forces.
+void fold_images(const GridUpdate& update, std::span<const NodeImage> images, Node* nodes, Node* impulse) {
+  for (const NodeImage& image : images) {
+    double* behind = nodes[image.behind].c;
+    double* front = nodes[image.front].c;
+    double* force = impulse ? impulse[image.front].c : front;
+    const double mass = behind[3];
+    for (int a = 0; a < 3; ++a) {
+      const double sign = image.sign[a], opposite = 1.0 - sign;
+      front[a] += sign * behind[a] + opposite * mass * image.velocity[a];
+      if (impulse) force[a] += sign * impulse[image.behind].c[a];
+      force[a] -= opposite * mass * update.dt * update.gravity[a];
+    }
+    front[3] += mass;
+    std::fill_n(behind, 4, 0.0);
+    if (impulse) std::fill_n(impulse[image.behind].c, 4, 0.0);
+  }
+}
+
+void unfold_images(std::span<const NodeImage> images, Node* nodes, Node* change) {
+  for (const NodeImage& image : std::views::reverse(images))
+    for (int a = 0; a < 3; ++a) {
+      const double sign = image.sign[a];
+      nodes[image.behind].c[a] = sign * nodes[image.front].c[a] + (1.0 - sign) * image.velocity[a];
+      if (change) change[image.behind].c[a] = sign * change[image.front].c[a];
+    }
 }
 
 void apply_constraints(std::span<const NodeConstraint> constraints, Node* nodes, Node* change) {

@@ -14,7 +14,7 @@ const config::Keys<Body>& keys(config::Of<Body>) {
           "One piece of material at the start. Where bodies overlap (see `allow_overlap`) the first one wins.")
           .key("name", &Body::name, {.about = "What messages call it; different for each body.", .required = true})
           .key("material", &Body::material, {.about = "Name of an entry of [materials].", .required = true})
-          .key("shape", &Body::shape, {.about = "Where it is; no plane.", .required = true})
+          .key("shape", &Body::shape, {.about = "Where it is; no plane, no complement.", .required = true})
           .key("velocity", &Body::velocity, {.about = "Velocity at the start.", .unit = "m/s"})
           .key("angular_velocity", &Body::angular_velocity, {.about = "Spin at the start, about `center`.", .unit = "rad/s"})
           .key("center", &Body::center,
@@ -34,7 +34,7 @@ const config::Keys<Body>& keys(config::Of<Body>) {
             const Bounds b = bounds(body.shape);
             if (!b.lower.allFinite() || !b.upper.allFinite())
               faults.add(value.find("shape")->place, "'" + value.path + ".shape' of body '" + body.name +
-                                                         "' contains a plane, which is for colliders only");
+                                                         "' contains a plane or complement, which is for colliders only");
             else if (!value.find("center"))
               body.center = b.center();
           });

@@ -182,6 +182,12 @@ Bounds extent(const Union& all) {
   return result;
 }
 
+// --- complement ------------------------------------------------------------------------------------------------------
+
+double distance(const Complement& complement, const Vec3& x) { return -distance(complement.inside, x); }
+Vec3 normal(const Complement& complement, const Vec3& x) { return -normal(complement.inside, x); }
+Bounds extent(const Complement&) { return {Vec3::Constant(-infinity), Vec3::Constant(infinity)}; }
+
 // --- placed ----------------------------------------------------------------------------------------------------------
 
 Mat3 rotation(const Placed& placed) { return Eigen::AngleAxisd(placed.angle, placed.axis.normalized()).toRotationMatrix(); }
@@ -247,6 +253,9 @@ const char* fault(const Union& all) {
     if (const char* what = fault(part)) return what;
   return nullptr;
 }
+const char* fault(const Complement& complement) {
+  return complement.inside.parts.empty() ? "a complement needs at least one part" : fault(complement.inside);
+}
 const char* fault(const Placed& placed) {
   if (!placed.part) return "a placed shape needs a part";
   if (!is_positive(placed.axis.norm()) || !std::isfinite(placed.angle))
@@ -266,6 +275,7 @@ const char* kind_name(const Capsule&) { return "capsule"; }
 const char* kind_name(const Ellipsoid&) { return "ellipsoid"; }
 const char* kind_name(const Plane&) { return "plane"; }
 const char* kind_name(const Union&) { return "union"; }
+const char* kind_name(const Complement&) { return "complement"; }
 const char* kind_name(const Placed&) { return "placed"; }
 
 }  // namespace

@@ -20,6 +20,11 @@ void require_distinct_ends(const Value& table, const Vec3& start, const Vec3& en
   if (start == end) faults.add(table.place, "'" + table.path + "' has 'start' equal to 'end'; they must differ");
 }
 
+void require_parts(const Value& table, const Union& all, Faults& faults) {
+  if (all.parts.empty())
+    faults.add(table.find("parts")->place, "'" + table.path + ".parts' is empty; it must hold at least one shape");
+}
+
 /// An angle in degrees that gives back these radians bit for bit, as round a number as there is.
 double degrees(double radians) {
   const double exact = radians / radians_per_degree;
@@ -38,7 +43,8 @@ const config::Choice<decltype(Shape::kind)>& shape_types() {
                                  .add<Capsule>("capsule")
                                  .add<Ellipsoid>("ellipsoid")
                                  .add<Plane>("plane")
-                                 .add<Union>("union");
+                                 .add<Union>("union")
+                                 .add<Complement>("complement");
   return choice;
 }
 
@@ -119,10 +125,15 @@ const Keys<Union>& keys(config::Of<Union>) {
   static const auto table =
       Keys<Union>("Everything that is in one of its parts.")
           .key("parts", &Union::parts, {.about = "Shapes of any type.", .required = true})
-          .check([](const Value& value, Union& all, Faults& faults) {
-            if (all.parts.empty())
-              faults.add(value.find("parts")->place, "'" + value.path + ".parts' is empty; it must hold at least one shape");
-          });
+          .check([](const Value& value, Union& all, Faults& faults) { require_parts(value, all, faults); });
+  return table;
+}
+
+const Keys<Complement>& keys(config::Of<Complement>) {
+  static const auto table =
+      Keys<Complement>("Everything outside all of its parts, such as the wall of a pipe; for colliders only.")
+          .key("parts", [](auto& c) -> auto& { return c.inside.parts; }, {.about = "Shapes of any type.", .required = true})
+          .check([](const Value& value, Complement& c, Faults& faults) { require_parts(value, c.inside, faults); });
   return table;
 }
 

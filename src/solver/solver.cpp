@@ -108,10 +108,12 @@ void Solver::transfer_to_grid(double dt, double time, StepBounds& faults) {
   }
   {
     const Phase phase(times_, "grid_update");
-    const double smallest_mass = empty_mass * sums.mass;
-    grid_update({physics_.gravity, dt, smallest_mass}, exchange_->active_nodes(), owned.get(), impulse.get());
-    if (acceleration_ && dt > 0.0) accelerate(dt, time, smallest_mass, owned.get(), impulse.get(), faults);
+    const GridUpdate update{physics_.gravity, dt, empty_mass * sums.mass};
+    if (acceleration_ && dt > 0.0) accelerate(update, time, owned.get(), impulse.get(), faults);
+    fold_images(update, images_, owned.get(), impulse.get());
+    grid_update(update, exchange_->active_nodes(), owned.get(), impulse.get());
     apply_constraints(constraints_, owned.get(), impulse.get());
+    unfold_images(images_, owned.get(), impulse.get());
   }
   {
     const Phase phase(times_, "exchange");
@@ -120,17 +122,15 @@ void Solver::transfer_to_grid(double dt, double time, StepBounds& faults) {
   }
 }
 
-// Adds dt times the acceleration field at the nodes that have mass. Each node has one owner, who evaluates it.
-void Solver::accelerate(double dt, double time, double smallest_mass, Node* nodes, Node* impulse, StepBounds& faults) {
+// Adds the forces of the acceleration field, times dt, to the nodes that have mass. Each node has one owner, who evaluates it.
+void Solver::accelerate(const GridUpdate& update, double time, Node* nodes, Node* impulse, StepBounds& faults) {
   const GridGeometry& geometry = physics_.grid;
   for (const LocalIndex n : exchange_->active_nodes()) {
-    if (!(nodes[n].c[3] > smallest_mass)) continue;
+    const double mass = nodes[n].c[3];
+    if (!(mass > update.smallest_mass)) continue;
     const Int3 node = grid_.node(n);
-    const Vec3 gain = dt * (*acceleration_)(geometry.node_position(node), time);
-    for (int a = 0; a < 3; ++a) {
-      nodes[n].c[a] += gain[a];
-      if (impulse) impulse[n].c[a] += gain[a];
-    }
+    const Vec3 gain = (mass * update.dt) * (*acceleration_)(geometry.node_position(node), time);
+    for (int a = 0; a < 3; ++a) (impulse ? impulse : nodes)[n].c[a] += gain[a];
     if (gain.allFinite()) continue;
     ++faults.n_undefined_nodes;
     faults.undefined_node = std::min(faults.undefined_node, geometry.node_number(node));
@@ -257,6 +257,11 @@ void Solver::rebuild() {
   for (std::size_t n = 0; n < active.size(); ++n) nodes[n] = grid_.node(active[n]);
   constraints_ = node_constraints(geometry, physics_.faces, physics_.colliders, nodes);
   for (NodeConstraint& constraint : constraints_) constraint.node = active[static_cast<std::size_t>(constraint.node)];
+  images_ = node_images(geometry, physics_.faces, nodes);
+  for (NodeImage& image : images_) {
+    image.behind = active[static_cast<std::size_t>(image.behind)];
+    image.front = active[static_cast<std::size_t>(image.front)];
+  }
 
   start_placing();
   locate(geometry, layout_, particles_, map_, strays_);
@@ -316,6 +321,7 @@ std::size_t Solver::memory() const {
   total += (pool_.capacity() + impulse_.capacity()) * sizeof(Node);
   total += static_cast<std::size_t>(grid_.n_owned()) * sizeof(Node) * (owned_impulse_ ? 2 : 1);
   total += (map_.cell.capacity() + map_.count.capacity()) * sizeof(LocalIndex);
+  total += images_.capacity() * sizeof(NodeImage);
   total += constraints_.capacity() * sizeof(NodeConstraint) + partition_.worker.capacity() * sizeof(std::int32_t);
   return total;
 }

@@ -175,6 +175,18 @@ TEST(Partition, EmptySpaceIsDividedToo) {
   EXPECT_LT(imbalance(make_partition(grid, ranges, load, 8), ones, 8), 2.5);
 }
 
+TEST(Partition, TheNodesBehindAndInFrontOfAFaceHaveOneOwner) {
+  for (int n_cells = 5; n_cells <= 20; ++n_cells)
+    for (const PartitionSettings& settings : {uniform, ranges}) {
+      const GridGeometry grid = open_grid({n_cells, 4, 4});
+      const Partition partition = make_partition(grid, settings, random_load(grid, 7), 2);
+      if (partition.n_ranks[0] < 2) continue;
+      const int n_first = partition.nodes[0][0];  // of the first of two owners
+      EXPECT_GE(n_first, 3);
+      EXPECT_FALSE(n_cells < n_first && n_first <= n_cells + 2) << n_cells;  // in front: n_cells; behind: n_cells + 2
+    }
+}
+
 TEST(Partition, TooFewTiles) {
   const GridGeometry grid = open_grid({4, 4, 0});
   ASSERT_EQ(grid.n_tiles(), 4);

@@ -139,17 +139,56 @@ class ReferenceMpm {
   }
 
   void grid_update(double dt) {
+    for (ReferenceNode& node : nodes) node.force += node.m * scene_.gravity;
+    for_images(
+        [](const Face& face, int axis, ReferenceNode& behind, ReferenceNode& front) {
+          front.momentum += mirrored(face, axis, behind.momentum - behind.m * face.velocity) + behind.m * face.velocity;
+          front.force += mirrored(face, axis, behind.force);
+          front.m += behind.m;
+          behind = ReferenceNode{};
+        },
+        {0, 1, 2});
     double largest = 0.0;
     for (const ReferenceParticle& p : particles) largest = std::max(largest, p.m);
     for (ReferenceNode& node : nodes) {
       if (node.m <= empty_node * largest) continue;
       node.v_old = node.momentum / node.m;
-      node.v = node.v_old + dt * (node.force / node.m + scene_.gravity);
+      node.v = node.v_old + dt * node.force / node.m;
     }
     for (const NodeConstraint& c : constraints_) {
       ReferenceNode& node = nodes[static_cast<std::size_t>(c.node)];
       node.v = constrained_velocity(c, node.v);
     }
+    for_images(
+        [](const Face& face, int axis, ReferenceNode& behind, const ReferenceNode& front) {
+          behind.v_old = mirrored(face, axis, front.v_old - face.velocity) + face.velocity;
+          behind.v = mirrored(face, axis, front.v - face.velocity) + face.velocity;
+        },
+        {2, 1, 0});
+  }
+
+  /// A vector in the mirror that a sticky or slip face is.
+  static Vec3 mirrored(const Face& face, int axis, Vec3 v) {
+    if (face.kind == FaceKind::sticky) return -v;
+    v[axis] = -v[axis];
+    return v;
+  }
+
+  /// `action(face, axis, behind, front)` for all pairs of nodes one cell behind and in front of a sticky or slip face.
+  template <class Action>
+  void for_images(const Action& action, const Int3& axes) {
+    for (const int axis : axes)
+      for (int side = 0; side < 2; ++side) {
+        const Face& face = scene_.faces[static_cast<std::size_t>(2 * axis + side)];
+        if (face.kind != FaceKind::sticky && face.kind != FaceKind::slip) continue;
+        const double wall = side == 0 ? scene_.grid.lower[axis] : scene_.grid.upper()[axis];
+        const double one_behind = wall + (side == 0 ? -1.0 : 1.0) * scene_.grid.cell_size;
+        std::size_t stride = 1;
+        for (int a = axis + 1; a < 3; ++a) stride *= static_cast<std::size_t>(scene_.grid.n_nodes(a));
+        for (std::size_t n = 0; n < nodes.size(); ++n)
+          if (std::abs(position[n][axis] - one_behind) < 0.1 * scene_.grid.cell_size)
+            action(face, axis, nodes[n], nodes[side == 0 ? n + 2 * stride : n - 2 * stride]);
+      }
   }
 
   /// Velocities, C and L; positions stay, but what they will advance with is kept in `v_pic`.

@@ -78,6 +78,7 @@ class SerialStep {
     for (const NodeRow& row : layout.rows())
       for (int n = 0; n < row.count; ++n) indices.push_back({row.i, row.j, row.k + n});
     constraints = node_constraints(scene.grid, scene.faces, scene.colliders, indices);
+    images = node_images(scene.grid, scene.faces, indices);
     measure();
   }
 
@@ -107,8 +108,11 @@ class SerialStep {
 
   void update_nodes(double dt) {
     Node* const change = split() ? impulse.data() : nullptr;
-    grid_update({scene.gravity, dt, empty_mass * sums.mass}, active, nodes.data(), change);
+    const GridUpdate update{scene.gravity, dt, empty_mass * sums.mass};
+    fold_images(update, images, nodes.data(), change);
+    grid_update(update, active, nodes.data(), change);
     apply_constraints(constraints, nodes.data(), change);
+    unfold_images(images, nodes.data(), change);
   }
 
   void nodes_to_particles(double dt) {
@@ -143,6 +147,7 @@ class SerialStep {
   std::vector<Node> impulse;  ///< {dt f}, after update_nodes {change of v}; empty unless split()
   std::vector<LocalIndex> active;
   std::vector<NodeConstraint> constraints;
+  std::vector<NodeImage> images;
   CellMap map;
   StepBounds bounds;
   SumBounds sums{};

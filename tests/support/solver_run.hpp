@@ -68,7 +68,7 @@ inline SolverScene contact_scene(const TransferSettings& transfer) {
   SolverScene scene = empty_scene(transfer, {8, 8, 8}, {false, false, false});
   Physics& physics = scene.physics;
   physics.gravity = Vec3(0.0, 0.0, -9.81);
-  physics.faces[0].kind = FaceKind::sticky;
+  physics.faces[0] = {FaceKind::sticky, 0.0, Vec3(0.0, 0.2, -0.1)};
   physics.faces[4] = {FaceKind::separating, 0.3};
   physics.colliders = {{"ball", {Sphere{Vec3(0.35, 0.6, 0.15), 0.12}}, Contact::separating, 0.2}};
   const Vec3 lower = physics.grid.lower, upper = physics.grid.upper();

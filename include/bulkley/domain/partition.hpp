@@ -24,7 +24,7 @@ struct Partition {
 /// moved towards equal parts where that costs less than 2 %; a tile counts a little more than its particles. So empty space
 /// is divided too. All factorisations of n_ranks are tried; among those within 5 % of the smallest largest load, the one
 /// with the least surface between ranks is taken. Every rank owns at least one tile along each axis. Workers are the DMDA
-/// owners. Deterministic: the same on every rank that passes the same load.
+/// owners. The nodes just behind and just in front of a face have one owner. Deterministic: the same on every rank that passes the same load.
 /// Throws UsageError when the grid has too few tiles for n_ranks. Not collective.
 Partition make_partition(const GridGeometry& grid, const PartitionSettings& settings, std::span<const GlobalIndex> load,
                          int n_ranks);

@@ -19,6 +19,14 @@ struct GridUpdate {
 /// `apply_constraints` with both. Not collective.
 void grid_update(const GridUpdate& update, std::span<const LocalIndex> active, Node* nodes, Node* impulse);
 
+/// {m v + dt f, m} of the nodes behind walls -> added to their images in front, as the sum over the particles and their mirror
+/// images would have it; nothing stays behind. With `impulse` (dt f apart): that too. Before grid_update. Not collective.
+void fold_images(const GridUpdate& update, std::span<const NodeImage> images, Node* nodes, Node* impulse);
+
+/// The velocities of the nodes behind walls from those in front, and their `change` where given. After apply_constraints.
+/// Not collective.
+void unfold_images(std::span<const NodeImage> images, Node* nodes, Node* change);
+
 /// Applies contact to node velocities (constraint.node indexes `nodes`), and to `change` where given. Not collective.
 void apply_constraints(std::span<const NodeConstraint> constraints, Node* nodes, Node* change);
 

@@ -44,6 +44,10 @@ struct Shape;
 struct Union {
   std::vector<Shape> parts;
 };
+/// Everything outside all of the parts: a pipe is what is not in its bore. A collider only.
+struct Complement {
+  Union inside;
+};
 /// `part` rotated by `angle` about `axis` through `origin`, then moved by `translation`.
 struct Placed {
   std::shared_ptr<const Shape> part;
@@ -54,16 +58,16 @@ struct Placed {
 };
 
 struct Shape {
-  std::variant<Box, Sphere, Cylinder, Capsule, Ellipsoid, Plane, Union, Placed> kind;
+  std::variant<Box, Sphere, Cylinder, Capsule, Ellipsoid, Plane, Union, Complement, Placed> kind;
 };
 
 struct Bounds {
-  Vec3 lower, upper;  ///< m; infinite for a plane
+  Vec3 lower, upper;  ///< m; infinite for a plane or a complement
   Vec3 center() const { return 0.5 * (lower + upper); }
 };
 
 /// Signed distance from `point` to the surface, m, negative inside. Exact for the primitives; inside a union a lower
-/// bound of the depth. Not collective, as all functions here.
+/// bound of the depth, likewise outside a complement of several parts. Not collective, as all functions here.
 double signed_distance(const Shape& shape, const Vec3& point);
 /// Outward unit normal at `point`: the gradient of the signed distance (any unit vector where it is not unique).
 Vec3 outward_normal(const Shape& shape, const Vec3& point);

@@ -67,7 +67,7 @@ class Solver {
 
  private:
   void transfer_to_grid(double dt, double time, StepBounds& faults);
-  void accelerate(double dt, double time, double smallest_mass, Node* nodes, Node* impulse, StepBounds& faults);
+  void accelerate(const GridUpdate& update, double time, Node* nodes, Node* impulse, StepBounds& faults);
   bool judge(const TimeStepPlan& plan, const StepBounds& faults);
   void transfer_to_particles(double dt, StepBounds& local);
   void settle(StepBounds& local);
@@ -90,6 +90,7 @@ class Solver {
   std::unique_ptr<Exchange> exchange_;
   NodeVector pool_, impulse_;
   std::vector<NodeConstraint> constraints_;
+  std::vector<NodeImage> images_;
   std::optional<VectorField> acceleration_;
   CellMap map_;
   std::vector<Stray> strays_;

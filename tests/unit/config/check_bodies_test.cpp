@@ -92,7 +92,7 @@ TEST(CheckBodies, KnowsScenesWithoutAFile) {
   Scene scene = parsed(small_scene);
   scene.body_places.clear();
   scene.bodies[0].shape.kind = Plane{Vec3::Zero(), Vec3::UnitZ()};
-  EXPECT_EQ(geometry_faults(scene), "body 'ball' contains a plane, which is for colliders only");
+  EXPECT_EQ(geometry_faults(scene), "body 'ball' contains a plane or complement, which is for colliders only");
 }
 
 }  // namespace

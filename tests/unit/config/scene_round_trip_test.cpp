@@ -52,8 +52,10 @@ TEST(SceneRoundTrip, OfASceneThatUsesEverything) {
       "[materials.aaa]\npreset = \"pie\"\nconsistency = 7\n"
       "[[colliders]]\nname = \"floor\"\nshape = { type = \"plane\", point = [0, 0, 0.05], normal = [0, 0.1, 1] }\n"
       "contact = \"separating\"\nfriction = 0.3\n"
+      "[[colliders]]\nname = \"pipe\"\nshape = { type = \"complement\", parts = [{ type = \"cylinder\", start = [0, 0, 0], "
+      "end = [0, 0, 1], radius = 0.3 }] }\n"
       "[boundaries]\nx_lower = \"periodic\"\nx_upper = \"periodic\"\nz_lower = { type = \"separating\", friction = 0.1 }\n"
-      "z_upper = { type = \"separating\" }\n"
+      "z_upper = { type = \"separating\" }\ny_upper = { type = \"sticky\", velocity = [0.1, 0, -0.2] }\n"
       "[transfer]\nscheme = \"blend\"\nflip_ratio = 0.9\norder = \"cubic\"\ngradient = \"bspline\"\n"
       "[output]\nfields = []\nprecision = \"float64\"\ngrid = true\nframe_interval = 0.1\nprogress_interval = \"1m\"\n"
       "[checkpoint]\nsteps = 100\nwall_time = \"1h30m\"\nkeep = 3\nat_end = false\n[partition]\nmethod = \"uniform\"\n";
@@ -63,6 +65,8 @@ TEST(SceneRoundTrip, OfASceneThatUsesEverything) {
   const Scene again = parse_scene(scene.effective_text, "effective.toml", {});
   EXPECT_EQ(again.bodies[1].name, "a \"b\" \\ c");
   EXPECT_EQ(again.faces[4].friction, 0.1);
+  EXPECT_EQ(again.faces[3].velocity, Vec3(0.1, 0.0, -0.2));
+  EXPECT_GT(signed_distance(again.colliders[1].shape, Vec3(0.0, 0.0, 0.5)), 0.0);
   EXPECT_TRUE(again.output.fields.empty());
   EXPECT_EQ(again.materials[1].name, "my rubber");
   EXPECT_EQ(again.time.fixed_step, 0.0001);

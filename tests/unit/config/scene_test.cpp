@@ -173,6 +173,10 @@ TEST(SceneFaults, PeriodicAtOneEnd) {
 TEST(SceneFaults, FrictionBelongsToSeparatingContact) {
   EXPECT_EQ(faults_of(small_scene + "[boundaries]\nz_lower = { type = \"slip\", friction = 0.3 }"),
             "s.toml:14:28: 'boundaries.z_lower.friction' is given but counts only with type = \"separating\"");
+  EXPECT_EQ(faults_of(small_scene + "[boundaries]\nz_lower = { type = \"slip\", velocity = [1, 0, 0] }"),
+            "s.toml:14:28: 'boundaries.z_lower.velocity' is given but counts only with type = \"sticky\"");
+  EXPECT_EQ(faults_of(small_scene + "[boundaries]\nz_lower = { type = \"sticky\", velocity = [1, 0, 2] }"),
+            "s.toml:14:11: 'boundaries.z_lower.velocity' has a part along z; a face moves along itself only");
   EXPECT_EQ(
       faults_of(small_scene + "[[colliders]]\nname = \"c\"\nfriction = 1\nshape = { type = \"plane\", point = [0, 0, 0], "
                               "normal = [0, 0, 1] }"),
@@ -198,7 +202,7 @@ TEST(SceneFaults, Shapes) {
   EXPECT_EQ(faults_of(with_shape("{ type = \"ball\" }")),
             "s.toml:12:18: 'bodies.0.shape.type' is \"ball\"; it must be one of \"box\", \"sphere\", \"cylinder\", "
             "\"capsule\", \"ellipsoid\", "
-            "\"plane\", \"union\"");
+            "\"plane\", \"union\", \"complement\"");
   EXPECT_EQ(faults_of(with_shape("{ radius = 1 }")), "s.toml:12:9: required key 'type' is missing in [bodies.0.shape]");
   EXPECT_EQ(faults_of(with_shape("{ type = \"sphere\", center = [0, 0, 0], radius = 0 }")),
             "s.toml:12:57: 'bodies.0.shape.radius' is 0; it must be greater than 0");
@@ -215,7 +219,7 @@ TEST(SceneFaults, Shapes) {
             "s.toml:12:80: 'bodies.0.shape.rotation.axis' has no length; it must not be [0, 0, 0]");
   EXPECT_EQ(
       faults_of(with_shape("{ type = \"union\", parts = [{ type = \"plane\", point = [0, 0, 0], normal = [0, 0, 1] }] }")),
-      "s.toml:12:9: 'bodies.0.shape' of body 'ball' contains a plane, which is for colliders only");
+      "s.toml:12:9: 'bodies.0.shape' of body 'ball' contains a plane or complement, which is for colliders only");
 }
 
 TEST(SceneFaults, OutputFields) {

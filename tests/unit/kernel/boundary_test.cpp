@@ -45,6 +45,11 @@ TEST(Contact, StickyStops) {
   EXPECT_EQ(constrained_velocity({0, Contact::sticky, 0.0, slanted}, {1.0, -2.0, 3.0}), Vec3(Vec3::Zero()));
 }
 
+TEST(Contact, StickyMovesWithTheWall) {
+  const Vec3 wall = 0.7 * along;
+  EXPECT_EQ(constrained_velocity({0, Contact::sticky, 0.0, slanted, wall}, {1.0, -2.0, 3.0}), wall);
+}
+
 TEST(Contact, SlipTakesTheNormalVelocityInBothDirections) {
   const NodeConstraint slip{0, Contact::slip, 0.0, slanted};
   for (const double normal_speed : {-2.0, 0.0, 2.0})
@@ -118,6 +123,49 @@ TEST(Boundary, OpenOutflowAndPeriodicFacesConstrainNothing) {
   EXPECT_TRUE(node_constraints(grid, all(FaceKind::periodic), {}, all_nodes(grid)).empty());
 }
 
+TEST(Boundary, ImagesAreOneCellBehindAndInFrontOfStickyAndSlipFaces) {
+  const GridGeometry grid = small_grid();
+  const std::vector<Int3> nodes = all_nodes(grid);
+  const Vec3 wall_velocity[3] = {{0.0, 1.0, 2.0}, {3.0, 0.0, -1.0}, {-2.0, 5.0, 0.0}};
+  for (int f = 0; f < 6; ++f)
+    for (const FaceKind kind : {FaceKind::sticky, FaceKind::slip}) {
+      Faces faces = all(FaceKind::open);
+      faces[static_cast<std::size_t>(f)].kind = kind;
+      if (kind == FaceKind::sticky) faces[static_cast<std::size_t>(f)].velocity = wall_velocity[f / 2];
+      const std::vector<NodeImage> images = node_images(grid, faces, nodes);
+      const int axis = f / 2;
+      EXPECT_EQ(images.size(), nodes.size() / static_cast<std::size_t>(grid.n_nodes(axis)));
+      const double wall = f % 2 == 0 ? grid.lower[axis] : grid.upper()[axis];
+      for (const NodeImage& image : images) {
+        Vec3 x[2];
+        for (int a = 0; a < 3; ++a) {
+          x[0][a] = grid.node_coordinate(a, nodes[static_cast<std::size_t>(image.behind)][static_cast<std::size_t>(a)]);
+          x[1][a] = grid.node_coordinate(a, nodes[static_cast<std::size_t>(image.front)][static_cast<std::size_t>(a)]);
+        }
+        EXPECT_LE((0.5 * (x[0] + x[1]) - (x[0] + (wall - x[0][axis]) * Vec3::Unit(axis))).norm(), 1e-15);
+        EXPECT_NEAR(x[1][axis] - wall, (f % 2 == 0 ? 1.0 : -1.0) * grid.cell_size, 1e-15);
+        EXPECT_EQ(image.sign[axis], -1.0);
+        EXPECT_EQ(image.sign[(axis + 1) % 3], kind == FaceKind::sticky ? -1.0 : 1.0);
+        EXPECT_EQ(image.velocity, faces[static_cast<std::size_t>(f)].velocity);
+      }
+    }
+}
+
+TEST(Boundary, OtherFacesAndLoneNodesHaveNoImages) {
+  const GridGeometry grid = small_grid();
+  for (const FaceKind kind : {FaceKind::separating, FaceKind::open, FaceKind::outflow})
+    EXPECT_TRUE(node_images(grid, all(kind), all_nodes(grid)).empty());
+  EXPECT_TRUE(node_images(grid, all(FaceKind::slip), {{0, 3, 3}, {1, 3, 3}, {3, 3, 3}}).empty());
+  EXPECT_EQ(node_images(grid, all(FaceKind::slip), {{0, 3, 3}, {1, 3, 3}, {2, 3, 3}}).size(), 1u);
+}
+
+TEST(Boundary, AFaceMovesAlongItselfOnly) {
+  Faces faces = all(FaceKind::sticky);
+  faces[2].velocity = {1.0, 1e-9, 0.0};
+  EXPECT_THROW(node_constraints(small_grid(), faces, {}, {}), UsageError);
+  EXPECT_THROW(node_images(small_grid(), faces, {}), UsageError);
+}
+
 TEST(Boundary, CornersOfSlipFacesHoldEveryDirection) {
   const GridGeometry grid = small_grid();
   const Int3 edge{1, 1, 4}, corner{0, 0, 0}, inside{2, 2, 3};
@@ -159,24 +207,31 @@ TEST(Boundary, TwoSeparatingWallsInARightAngleStopBothNormals) {
 
 // --- colliders -------------------------------------------------------------------------------------------------------
 
-TEST(Boundary, ColliderHoldsTheNodesInsideItAlongItsNormals) {
+TEST(Boundary, ColliderHoldsTheNearestNodesAlongItsNormals) {
   const GridGeometry grid = small_grid();
   const Vec3 center(0.0, 0.55, 0.95);
-  const Collider ball{"ball", {Sphere{center, 0.17}}, Contact::slip, 0.0};
   const std::vector<Int3> nodes = all_nodes(grid);
-  const auto constraints = node_constraints(grid, all(FaceKind::open), {ball}, nodes);
-  std::size_t inside = 0;
-  for (const Int3& n : nodes) {
-    const Vec3 x(grid.node_coordinate(0, n[0]), grid.node_coordinate(1, n[1]), grid.node_coordinate(2, n[2]));
-    inside += (x - center).norm() <= 0.17 ? 1 : 0;
+  std::vector<std::size_t> held;
+  for (const Contact contact : {Contact::separating, Contact::slip, Contact::sticky}) {
+    const Collider ball{"ball", {Sphere{center, 0.17}}, contact, 0.0};
+    const double reach = contact == Contact::separating ? 0.17 : 0.17 + 0.5 * grid.cell_size;
+    const auto constraints = node_constraints(grid, all(FaceKind::open), {ball}, nodes);
+    held.push_back(constraints.size());
+    std::size_t within = 0;
+    for (const Int3& n : nodes) {
+      const Vec3 x(grid.node_coordinate(0, n[0]), grid.node_coordinate(1, n[1]), grid.node_coordinate(2, n[2]));
+      within += (x - center).norm() <= reach ? 1 : 0;
+    }
+    EXPECT_EQ(constraints.size(), within);
+    for (const NodeConstraint& c : constraints) {
+      const Int3& n = nodes[static_cast<std::size_t>(c.node)];
+      const Vec3 x(grid.node_coordinate(0, n[0]), grid.node_coordinate(1, n[1]), grid.node_coordinate(2, n[2]));
+      EXPECT_LE((c.normal - (x - center).normalized()).norm(), 1e-12);
+    }
   }
-  ASSERT_GT(inside, 10u);
-  EXPECT_EQ(constraints.size(), inside);
-  for (const NodeConstraint& c : constraints) {
-    const Int3& n = nodes[static_cast<std::size_t>(c.node)];
-    const Vec3 x(grid.node_coordinate(0, n[0]), grid.node_coordinate(1, n[1]), grid.node_coordinate(2, n[2]));
-    EXPECT_LE((c.normal - (x - center).normalized()).norm(), 1e-12);
-  }
+  ASSERT_GT(held[0], 10u);
+  EXPECT_GT(held[1], held[0] + 10);
+  EXPECT_EQ(held[1], held[2]);
 }
 
 TEST(Boundary, BadWallsAreUsageErrors) {

@@ -31,6 +31,39 @@ TEST(GridUpdate, TheImpulseBecomesTheChangeOfVelocity) {
   }
 }
 
+TEST(Images, AreTheSumOverTheParticlesAndTheirMirrorImages) {
+  // By hand: what was behind a wall is mirrored in the wall's frame, falls with its image, and its mass is added.
+  const Vec3 sign(-1.0, 1.0, -1.0), wall(0.25, 0.0, 0.5);
+  const double dt = 0.1;
+  for (const bool split : {false, true}) {
+    std::vector<Node> nodes = {{{0.5, 0.25, -1.0, 0.5}}, {{4.0, 2.0, 6.0, 2.0}}};
+    std::vector<Node> impulse = {{{0.125, -0.5, 0.25, 0.0}}, {{1.0, -2.0, 3.0, 0.0}}};
+    if (!split)
+      for (int n = 0; n < 2; ++n)
+        for (int a = 0; a < 3; ++a) nodes[n].c[a] += impulse[n].c[a];
+    const std::vector<NodeImage> images = {{0, 1, sign, wall}};
+    const GridUpdate update{gravity, dt, 1e-12};
+    Node* change = split ? impulse.data() : nullptr;
+    const double p[2][3] = {{0.5, 0.25, -1.0}, {4.0, 2.0, 6.0}}, f[2][3] = {{0.125, -0.5, 0.25}, {1.0, -2.0, 3.0}};
+    fold_images(update, images, nodes.data(), change);
+    for (int c = 0; c < 4; ++c) EXPECT_EQ(nodes[0].c[c], 0.0);
+    EXPECT_EQ(nodes[1].c[3], 2.5);
+    const std::vector<LocalIndex> active = {0, 1};
+    grid_update(update, active, nodes.data(), change);
+    unfold_images(images, nodes.data(), change);
+    for (int a = 0; a < 3; ++a) {
+      const double before = (p[1][a] + sign[a] * (p[0][a] - 0.5 * wall[a]) + 0.5 * wall[a]) / 2.5;
+      const double force = f[1][a] + sign[a] * f[0][a] + dt * gravity[a] * (2.0 + sign[a] * 0.5);
+      EXPECT_NEAR(nodes[1].c[a], before + force / 2.5, 1e-15);
+      EXPECT_NEAR(nodes[0].c[a] - wall[a], sign[a] * (nodes[1].c[a] - wall[a]), 1e-15);
+      if (split) {
+        EXPECT_NEAR(impulse[1].c[a], force / 2.5, 1e-15);
+        EXPECT_NEAR(impulse[0].c[a], sign[a] * force / 2.5, 1e-15);
+      }
+    }
+  }
+}
+
 TEST(GridUpdate, EmptyNodesGetNoVelocity) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const double mass : {0.0, 1e-13, 1e-12, nan}) {  // up to the limit itself

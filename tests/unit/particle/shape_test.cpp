@@ -22,6 +22,7 @@ const Shape capsule{Capsule{{-0.2, -0.1, 0.0}, {0.3, 0.4, 0.2}, 0.25}};
 const Shape ellipsoid{Ellipsoid{{0.1, -0.1, 0.2}, {0.7, 0.3, 0.15}}};
 const Shape plane{Plane{{0.1, 0.0, 0.0}, {1.0, 2.0, -2.0}}};
 const Shape both{Union{{sphere, box}}};
+const Shape bore{Complement{{{cylinder}}}};
 Shape placed(const Shape& part, double angle) {
   return {
       Placed{std::make_shared<const Shape>(part), Vec3(1.0, -1.0, 0.5), angle, Vec3(0.1, 0.2, 0.3), Vec3(0.3, -0.1, 0.2)}};
@@ -105,8 +106,20 @@ TEST(Shape, DistancesGrowByOneAlongTheNormal) {
   }
 }
 
+TEST(Shape, AComplementIsTheOtherSideOfItsParts) {
+  const Shape around{Complement{{{sphere, box}}}};
+  EXPECT_NO_THROW(check_shape(around, "collider 'a'"));
+  for (const Vec3& x : random_points(300)) {
+    EXPECT_EQ(signed_distance(around, x), -signed_distance(both, x));
+    EXPECT_EQ(outward_normal(around, x), Vec3(-outward_normal(both, x)));
+  }
+  EXPECT_GT(signed_distance(bore, 0.5 * (bounds(cylinder).lower + bounds(cylinder).upper)), 0.0);
+  EXPECT_EQ(bounds(bore).lower.x(), -std::numeric_limits<double>::infinity());
+  EXPECT_EQ(bounds(bore).upper.z(), std::numeric_limits<double>::infinity());
+}
+
 TEST(Shape, NormalsAreTheGradientInsideToo) {
-  const Shape shapes[] = {box, sphere, cylinder, capsule, ellipsoid, plane, both, placed(box, 0.8), placed(capsule, -1.0)};
+  const Shape shapes[] = {box,  sphere, cylinder, capsule, ellipsoid, plane, both, bore, placed(box, 0.8), placed(capsule, -1.0)};
   for (const Shape& shape : shapes) {
     SCOPED_TRACE(shape_name(shape));
     const double h = 1e-6;
@@ -191,6 +204,8 @@ TEST(Shape, DegenerateShapesAreUsageErrors) {
                        {Plane{{0, 0, 0}, {0, 0, 0}}},
                        {Union{}},
                        {Union{{sphere, {Sphere{{0, 0, 0}, -1.0}}}}},
+                       {Complement{}},
+                       {Complement{{{{Sphere{{0, 0, 0}, -1.0}}}}}},
                        {Placed{}},
                        placed({Sphere{{0, 0, 0}, 0.0}}, 0.0),
                        placed(sphere, nan)};
