@@ -49,22 +49,22 @@ class Layer:
         return result
 
     def arrested(self, volume, second_order=False):
-        """The plane layer at rest with `volume` per width: (front, function h(x)). Where all of it has yielded, the floor carries
-        tau_c everywhere: rho (g cos a h - c) h_x = rho g sin a h - tau_c with c = 0 in the thin limit. The second order adds the
-        normal stress of a layer at yield that stretches along x, (pi/2) tau_c h over its depth: c = (pi/2) tau_c / rho, with a
-        front of the height at which h would be twice that of the singularity."""
-        stress = self.yield_stress / self.density
-        fall, lean = G * math.cos(self.angle), G * math.sin(self.angle)
-        normal = 0.5 * math.pi * stress if second_order else 0.0
-        top = 0.9999 * stress / lean if lean > 0.0 else 2.0 * math.sqrt(2.0 * stress / fall * math.sqrt(volume))
-        h = numpy.linspace(normal / fall * 2.0, max(top, 4.0 * normal / fall), 200001)
-        slope = (fall * h - normal) / (stress - lean * h)  # d(distance from the front) / dh
-        distance = numpy.concatenate([[0.0], numpy.cumsum(0.5 * (slope[1:] + slope[:-1]) * numpy.diff(h))])
-        content = numpy.concatenate([[0.0], numpy.cumsum(0.5 * (h[1:] + h[:-1]) * numpy.diff(distance))])
-        if content[-1] < volume:
-            raise ValueError("the layer holds less than the volume")
-        front = numpy.interp(volume, content, distance)
-        return front, lambda x: numpy.where(x < front, numpy.interp(front - x, distance, h), 0.0)
+        """The layer at rest on a level floor with `volume` per width: (front, function h(x)). Where all of it has yielded, the floor
+        carries tau_c everywhere: h h_x = -t with t = tau_c / (rho g). The second order adds the normal stress of a layer at yield
+        that stretches along x, (pi/2) tau_c h over its depth: (h - c) h_x = -t with c = (pi/2) t. The front bears no force:
+        h = 2 c there."""
+        t = self.yield_stress / (self.density * G)
+        c = 0.5 * math.pi * t if second_order else 0.0
+
+        def content(length):
+            return c * length + ((c * c + 2.0 * t * length)**1.5 - c**3) / (3.0 * t)
+        low, high = 0.0, 1.0
+        while content(high) < volume:
+            high *= 2.0
+        for _ in range(100):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if content(middle) < volume else (low, middle)
+        return high, lambda x: numpy.where(x < high, c + numpy.sqrt(c * c + 2.0 * t * numpy.maximum(high - x, 0.0)), 0.0)
 
 
 def quarter_cylinder(radius, height, cell):
