@@ -152,6 +152,8 @@ def toml(value):
         return "true" if value else "false"
     if isinstance(value, str):
         return value if re.fullmatch(r"[\w.]+", value) else json.dumps(value)
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{key} = {json.dumps(v) if isinstance(v, str) else toml(v)}" for key, v in value.items()) + " }"
     if isinstance(value, (list, tuple)):
         return "[" + ", ".join(json.dumps(v) if isinstance(v, str) else toml(v) for v in value) + "]"
     if isinstance(value, dict):

@@ -1,0 +1,70 @@
+#!/usr/bin/env python3
+"""A slug of yield-stress fluid comes to rest on an incline; its front has the profile D = -H - ln(1 - H)."""
+
+import math
+
+import numpy
+
+from slump_theory import G, Layer, columns, front, misplaced, speed
+from study import Study
+
+PASTE = Layer(density=1000.0, yield_stress=10.0, consistency=0.05, index=2.0, angle=math.radians(3.0))
+LENGTH, HEIGHT, WIDTH = 0.24, 0.02, 0.48  # of the slug, of the domain
+THRESHOLD = 2e-3                          # m/s: at rest, root mean square
+
+
+def front_profile(volume, middles):
+    """Heights at `middles` by D = -H - ln(1 - H), H = rho g h sin a / tau_c, D = rho g d sin^2 a / (tau_c cos a)."""
+    stress, lean = PASTE.yield_stress / PASTE.density / G, math.sin(PASTE.angle)
+    depth = numpy.linspace(0.0, 0.9999, 100001)
+    height, distance = depth * stress / lean, (-depth - numpy.log1p(-depth)) * stress * math.cos(PASTE.angle) / lean**2
+    content = numpy.concatenate([[0.0], numpy.cumsum(0.5 * (height[1:] + height[:-1]) * numpy.diff(distance))])
+    reach = numpy.interp(volume, content, distance)
+    return reach, numpy.where(middles < reach, numpy.interp(reach - middles, distance, height), 0.0)
+
+
+def main():
+    study = Study("incline_profile", "Arrest on an incline",
+                  "Thin layer at yield on a slope: `D = -H - ln(1 - H)` with `H = rho g h sin a / tau_c`, "
+                  "`D = rho g d sin^2 a / (tau_c cos a)`; on the way there, the lubrication equation")
+    cells = (0.004, 0.00266666666666667, 0.00133333333333333) if study.long else (0.004, 0.00266666666666667)
+    end = 8.0 if study.long else 4.0
+    moving, rest, reach, found = [], [], [], {}
+    for cell in cells:
+        sets = {"domain.cell_size": cell, "domain.upper": [WIDTH, 4 * cell, 0.032], "time.end": end,
+                "bodies.slug.shape.upper": [LENGTH, 4 * cell, HEIGHT]}
+        start = study.run_on_both if cell > cells[-1] or not study.long else study.run
+        particles = list(start(f"cell_{1e3 * cell:.2g}mm", sets).frames())[-1]
+        edges = numpy.linspace(0.0, WIDTH, 61)
+        middles = 0.5 * (edges[1:] + edges[:-1])
+        found[cell] = heights = columns(particles, edges, 4 * cell)
+        volume = float(heights.sum() * (edges[1] - edges[0]))
+        grid = numpy.linspace(0.0, WIDTH, 181)
+        (truth,) = PASTE.spread(grid, numpy.where(grid[:-1] < LENGTH, volume / LENGTH, 0.0), [end])
+        expected = numpy.interp(middles, 0.5 * (grid[1:] + grid[:-1]), truth)
+        moving.append(misplaced(heights, expected, 1.0))
+        length, shape = front_profile(volume, middles)
+        rest.append(misplaced(heights, shape, 1.0))
+        reach.append(abs(front(middles, heights, 0.004) / front(middles, shape, 0.004) - 1.0))
+    depth = [shape[0] / cell for cell in cells]
+    study.expect_convergence(f"volume out of place after {end:g} s, against lubrication", depth, moving, 0.06, 0.6)
+    study.remark(f"Cells are counted over the height of the arrested layer at the wall, {1e3 * shape[0]:.1f} mm. Its aspect ratio is "
+                 f"{shape[0] / length:.3f}.")
+    if study.long:
+        study.expect_convergence("volume out of place at rest, against the formula", depth, rest, 0.06, 0.6)
+        study.expect_convergence("run-out at rest (height 4 mm), against the formula", depth, reach, 0.06, 0.6)
+        study.expect_at_most("speed at the end, root mean square", speed(particles), THRESHOLD, "m/s", note="finest resolution")
+
+    def draw(axes):
+        for cell, profile in found.items():
+            axes.plot(middles, 1e3 * profile, ".", label=f"cells of {1e3 * cell:.2g} mm")
+        axes.plot(middles, 1e3 * expected, "k-", label="lubrication")
+        axes.plot(middles, 1e3 * shape, "k--", label="formula, at rest")
+        axes.set(xlabel="distance down the slope [m]", ylabel="height [mm]")
+        axes.legend()
+    study.plot(draw, f"The layer after {end:g} s.")
+    study.finish()
+
+
+if __name__ == "__main__":
+    main()
