@@ -15,12 +15,12 @@ struct SteadyFlow {
 };
 
 /// Steady flow at a rate (1/s, > 0): of a (thixotropic) Herschel-Bulkley fluid with shear_modulus > 0 and finite eta, the
-/// solution of (T17) and (T18) in continuous time (docs/rheometer.md) with the structure in balance; of a Newtonian fluid; of an
-/// upper convected Oldroyd-B fluid, in extension below the rate at which its stress grows without bound. Not collective.
+/// solution of (T17) and (T18) in continuous time (docs/rheometer.md) with the structure in balance; of a Newtonian fluid; of
+/// an upper convected Oldroyd-B fluid, in extension below the rate at which its stress grows without bound. Not collective.
 std::optional<SteadyFlow> steady_flow(const Material& material, Flow flow, double rate, double J = 1.0);
 
-/// The shear rate at which the steady shear stress of a Herschel-Bulkley fluid is `stress` (Pa): the inverse of steady_flow; 0 at
-/// and below yield. Nothing where no steady flow carries the stress. Not collective.
+/// The shear rate at which the steady shear stress of a Herschel-Bulkley fluid is `stress` (Pa): the inverse of steady_flow; 0
+/// at and below yield. Nothing where no steady flow carries the stress. Not collective.
 std::optional<double> steady_shear_rate(const Material& material, double stress, double J = 1.0);
 
 /// Stress of a neo-Hookean solid at a strain (Hencky in extension), and its first normal stress difference, Pa. Not
@@ -34,8 +34,8 @@ struct MaxwellFluid {
   double viscosity_beside;  ///< Pa s
 };
 
-/// A Herschel-Bulkley fluid with sigma_Y = 0 and h = 1, in the limit of small elastic strain; an upper convected Oldroyd-B fluid;
-/// a neo-Hookean solid. Not collective.
+/// A Herschel-Bulkley fluid with sigma_Y = 0 and h = 1, in the limit of small elastic strain; an upper convected Oldroyd-B
+/// fluid; a neo-Hookean solid. Not collective.
 std::optional<MaxwellFluid> maxwell_limit(const Material& material, double J = 1.0);
 
 struct DynamicModuli {

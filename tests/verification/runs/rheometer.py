@@ -82,7 +82,7 @@ REFUSED = [
     (CREAM + ["--mode", "thixotropy", "--rates", "1,2"], "thixotropy needs three numbers"),
     (CREAM + ["--pressure", "1e12"], "--pressure 1e+12: the material cannot take it"),
     (CREAM + ["--weights", "error"], "--weights: only with --fit"),
-    (["--preset", "creme"], "--preset 'creme': no such preset; known: cream"),
+    (["--preset", "creme"], "--preset 'creme': no such preset; known: "),
     ([], "give a scene file and --material, or --preset, or --fit"),
     (["scene.toml"], "holds several materials; choose one with --material: 'syrup', 'rubber'"),
     (["scene.toml", "--material", "rubbr"], "--material 'rubbr': not in scene.toml; did you mean 'rubber'?"),
