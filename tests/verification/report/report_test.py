@@ -83,14 +83,15 @@ class Script(unittest.TestCase):
 
 
 class Committed(unittest.TestCase):
-    TEXT = (ROOT / "docs/verification.md").read_text(encoding="utf-8")
+    def setUp(self):
+        self.text = (ROOT / "docs/verification.md").read_text(encoding="utf-8")
 
     def test_lists_exactly_the_cases(self):
-        self.assertEqual(report.listed(self.TEXT), report.case_names(FOLDER / "cases"), "run cluster/verify.sh")
+        self.assertEqual(report.listed(self.text), report.case_names(FOLDER / "cases"), "run cluster/verify.sh")
 
     def test_pictures_are_those_of_the_page_and_small(self):
         folder = ROOT / "docs/pictures/verification"
-        named = sorted(re.findall(r"\(pictures/verification/(.+?)\)", self.TEXT))
+        named = sorted(re.findall(r"\(pictures/verification/(.+?)\)", self.text))
         self.assertEqual(sorted(file.name for file in folder.iterdir()), named)
         for name in named:
             self.assertLess((folder / name).stat().st_size, 100_000, name)
