@@ -38,7 +38,8 @@ const config::Choice<decltype(Shape::kind)>& shape_types() {
                                  .add<Capsule>("capsule")
                                  .add<Ellipsoid>("ellipsoid")
                                  .add<Plane>("plane")
-                                 .add<Union>("union");
+                                 .add<Union>("union")
+                                 .add<Difference>("difference");
   return choice;
 }
 
@@ -122,6 +123,17 @@ const Keys<Union>& keys(config::Of<Union>) {
           .check([](const Value& value, Union& all, Faults& faults) {
             if (all.parts.empty())
               faults.add(value.find("parts")->place, "'" + value.path + ".parts' is empty; it must hold at least one shape");
+          });
+  return table;
+}
+
+const Keys<Difference>& keys(config::Of<Difference>) {
+  static const auto table =
+      Keys<Difference>("The first of its parts without the others: a tube is a cylinder without a thinner one.")
+          .key("parts", &Difference::parts, {.about = "Shapes of any type, at least two.", .required = true})
+          .check([](const Value& value, Difference& difference, Faults& faults) {
+            if (difference.parts.size() < 2)
+              faults.add(value.find("parts")->place, "'" + value.path + ".parts' must hold at least two shapes");
           });
   return table;
 }
