@@ -17,6 +17,7 @@ GlobalIndex n_particles(const GridGeometry& grid, const std::vector<Body>& bodie
 /// Whether bounds() is the smallest box, not just one that holds the shape.
 bool has_exact_bounds(const Shape& shape) {
   if (const auto* placed = std::get_if<Placed>(&shape.kind)) return placed->angle == 0.0 && has_exact_bounds(*placed->part);
+  if (std::holds_alternative<Difference>(shape.kind)) return false;
   if (const auto* all = std::get_if<Union>(&shape.kind)) {
     for (const Shape& part : all->parts)
       if (!has_exact_bounds(part)) return false;

@@ -187,6 +187,32 @@ Bounds extent(const Union& all) {
 double distance(const Complement& complement, const Vec3& x) { return -distance(complement.inside, x); }
 Vec3 normal(const Complement& complement, const Vec3& x) { return -normal(complement.inside, x); }
 Bounds extent(const Complement&) { return {Vec3::Constant(-infinity), Vec3::Constant(infinity)}; }
+// --- difference --------------------------------------------------------------------------------------------------------
+
+/// The part whose surface decides at x: the first, or one of those that are taken away.
+std::size_t deciding_part(const Difference& difference, const Vec3& x) {
+  std::size_t deciding = 0;
+  double largest = signed_distance(difference.parts[0], x);
+  for (std::size_t n = 1; n < difference.parts.size(); ++n) {
+    const double beside = -signed_distance(difference.parts[n], x);
+    if (beside <= largest) continue;
+    largest = beside;
+    deciding = n;
+  }
+  return deciding;
+}
+
+double distance(const Difference& difference, const Vec3& x) {
+  const std::size_t n = deciding_part(difference, x);
+  return n == 0 ? signed_distance(difference.parts[0], x) : -signed_distance(difference.parts[n], x);
+}
+
+Vec3 normal(const Difference& difference, const Vec3& x) {
+  const std::size_t n = deciding_part(difference, x);
+  return n == 0 ? outward_normal(difference.parts[0], x) : Vec3(-outward_normal(difference.parts[n], x));
+}
+
+Bounds extent(const Difference& difference) { return bounds(difference.parts[0]); }
 
 // --- placed ----------------------------------------------------------------------------------------------------------
 
@@ -256,6 +282,12 @@ const char* fault(const Union& all) {
 const char* fault(const Complement& complement) {
   return complement.inside.parts.empty() ? "a complement needs at least one part" : fault(complement.inside);
 }
+const char* fault(const Difference& difference) {
+  if (difference.parts.size() < 2) return "a difference needs at least two parts";
+  for (const Shape& part : difference.parts)
+    if (const char* what = fault(part)) return what;
+  return nullptr;
+}
 const char* fault(const Placed& placed) {
   if (!placed.part) return "a placed shape needs a part";
   if (!is_positive(placed.axis.norm()) || !std::isfinite(placed.angle))
@@ -276,6 +308,7 @@ const char* kind_name(const Ellipsoid&) { return "ellipsoid"; }
 const char* kind_name(const Plane&) { return "plane"; }
 const char* kind_name(const Union&) { return "union"; }
 const char* kind_name(const Complement&) { return "complement"; }
+const char* kind_name(const Difference&) { return "difference"; }
 const char* kind_name(const Placed&) { return "placed"; }
 
 }  // namespace

@@ -44,6 +44,7 @@ const config::Choice<decltype(Shape::kind)>& shape_types() {
                                  .add<Ellipsoid>("ellipsoid")
                                  .add<Plane>("plane")
                                  .add<Union>("union")
+                                 .add<Difference>("difference")
                                  .add<Complement>("complement");
   return choice;
 }
@@ -134,6 +135,17 @@ const Keys<Complement>& keys(config::Of<Complement>) {
       Keys<Complement>("Everything outside all of its parts, such as the wall of a pipe; for colliders only.")
           .key("parts", [](auto& c) -> auto& { return c.inside.parts; }, {.about = "Shapes of any type.", .required = true})
           .check([](const Value& value, Complement& c, Faults& faults) { require_parts(value, c.inside, faults); });
+  return table;
+}
+
+const Keys<Difference>& keys(config::Of<Difference>) {
+  static const auto table =
+      Keys<Difference>("The first of its parts without the others: a tube is a cylinder without a thinner one.")
+          .key("parts", &Difference::parts, {.about = "Shapes of any type, at least two.", .required = true})
+          .check([](const Value& value, Difference& difference, Faults& faults) {
+            if (difference.parts.size() < 2)
+              faults.add(value.find("parts")->place, "'" + value.path + ".parts' must hold at least two shapes");
+          });
   return table;
 }
 

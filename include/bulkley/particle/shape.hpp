@@ -48,6 +48,10 @@ struct Union {
 struct Complement {
   Union inside;
 };
+/// The first of the parts without the others.
+struct Difference {
+  std::vector<Shape> parts;
+};
 /// `part` rotated by `angle` about `axis` through `origin`, then moved by `translation`.
 struct Placed {
   std::shared_ptr<const Shape> part;
@@ -58,7 +62,7 @@ struct Placed {
 };
 
 struct Shape {
-  std::variant<Box, Sphere, Cylinder, Capsule, Ellipsoid, Plane, Union, Complement, Placed> kind;
+  std::variant<Box, Sphere, Cylinder, Capsule, Ellipsoid, Plane, Union, Difference, Complement, Placed> kind;
 };
 
 struct Bounds {
@@ -67,11 +71,12 @@ struct Bounds {
 };
 
 /// Signed distance from `point` to the surface, m, negative inside. Exact for the primitives; inside a union a lower
-/// bound of the depth, likewise outside a complement of several parts. Not collective, as all functions here.
+/// bound of the depth, near a difference a lower bound on both sides, likewise outside a complement of several parts. Not
+/// collective, as all functions here.
 double signed_distance(const Shape& shape, const Vec3& point);
 /// Outward unit normal at `point`: the gradient of the signed distance (any unit vector where it is not unique).
 Vec3 outward_normal(const Shape& shape, const Vec3& point);
-/// Smallest axis-aligned box that holds the shape (for placed parts: one that holds it).
+/// Smallest axis-aligned box that holds the shape (for placed parts and differences: one that holds it).
 Bounds bounds(const Shape& shape);
 /// `box`, `sphere`, ...
 const char* shape_name(const Shape& shape);

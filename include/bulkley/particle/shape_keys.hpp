@@ -14,6 +14,7 @@ const config::Keys<Ellipsoid>& keys(config::Of<Ellipsoid>);
 const config::Keys<Plane>& keys(config::Of<Plane>);
 const config::Keys<Union>& keys(config::Of<Union>);
 const config::Keys<Complement>& keys(config::Of<Complement>);
+const config::Keys<Difference>& keys(config::Of<Difference>);
 
 /// The turn of a placed shape as scenes write it.
 struct RotationInput {

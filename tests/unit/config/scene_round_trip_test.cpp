@@ -48,6 +48,9 @@ TEST(SceneRoundTrip, OfASceneThatUsesEverything) {
       "axis = [1, 1, 0], origin = [0.1, 0.2, 0.3] } }, { type = \"capsule\", start = [0, 0, 0], end = [0, 0, 0.1], radius = "
       "0.01, "
       "translation = [0, 0.1, 0] }], translation = [0.01, 0, 0] }\n"
+      "[[bodies]]\nname = \"shell\"\nmaterial = \"my rubber\"\nshape = { type = \"difference\", parts = [{ type = "
+      "\"ellipsoid\", center = [0.5, 0.5, 0.2], radii = [0.2, 0.1, 0.3] }, { type = \"sphere\", center = [0.5, 0.5, 0.2], "
+      "radius = 0.05 }] }\n"
       "[materials.\"my rubber\"]\nlaw = \"neo_hookean\"\ndensity = 3\nyoungs_modulus = 1e5\npoisson_ratio = 0.3\n"
       "[materials.aaa]\npreset = \"pie\"\nconsistency = 7\n"
       "[[colliders]]\nname = \"floor\"\nshape = { type = \"plane\", point = [0, 0, 0.05], normal = [0, 0.1, 1] }\n"
@@ -64,6 +67,7 @@ TEST(SceneRoundTrip, OfASceneThatUsesEverything) {
   expect_round_trip(scene);
   const Scene again = parse_scene(scene.effective_text, "effective.toml", {});
   EXPECT_EQ(again.bodies[1].name, "a \"b\" \\ c");
+  EXPECT_EQ(std::get<Difference>(again.bodies[2].shape.kind).parts.size(), 2u);
   EXPECT_EQ(again.faces[4].friction, 0.1);
   EXPECT_EQ(again.faces[3].velocity, Vec3(0.1, 0.0, -0.2));
   EXPECT_GT(signed_distance(again.colliders[1].shape, Vec3(0.0, 0.0, 0.5)), 0.0);

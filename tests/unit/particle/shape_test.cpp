@@ -21,6 +21,8 @@ const Shape cylinder{Cylinder{{-0.2, -0.1, 0.0}, {0.3, 0.4, 0.2}, 0.25}};
 const Shape capsule{Capsule{{-0.2, -0.1, 0.0}, {0.3, 0.4, 0.2}, 0.25}};
 const Shape ellipsoid{Ellipsoid{{0.1, -0.1, 0.2}, {0.7, 0.3, 0.15}}};
 const Shape plane{Plane{{0.1, 0.0, 0.0}, {1.0, 2.0, -2.0}}};
+const Shape tube{Difference{
+    {{Cylinder{{0.1, -0.2, -0.5}, {0.1, -0.2, 0.6}, 0.5}}, {Cylinder{{0.1, -0.2, -0.9}, {0.1, -0.2, 0.9}, 0.3}}}}};
 const Shape both{Union{{sphere, box}}};
 const Shape bore{Complement{{{cylinder}}}};
 Shape placed(const Shape& part, double angle) {
@@ -73,6 +75,10 @@ TEST(Shape, DistancesAtKnownPlaces) {
   EXPECT_NEAR(signed_distance(ellipsoid, {0.4, -0.1, 0.2}), -std::hypot(abscissa - 0.3, height), 1e-12);
   const Shape round{Ellipsoid{{0.1, -0.2, 0.3}, {0.4, 0.4, 0.4}}};
   for (const Vec3& x : random_points(100)) EXPECT_NEAR(signed_distance(round, x), signed_distance(sphere, x), 1e-14);
+  EXPECT_NEAR(signed_distance(tube, {0.1, -0.2, 0.0}), 0.3, 1e-15);    // on the axis, in the hole
+  EXPECT_NEAR(signed_distance(tube, {0.1, 0.15, 0.0}), -0.05, 1e-15);  // nearer to the inner wall
+  EXPECT_NEAR(signed_distance(tube, {0.1, 0.6, 0.0}), 0.3, 1e-15);
+  EXPECT_NEAR(outward_normal(tube, {0.1, 0.15, 0.0}).y(), -1.0, 1e-15);  // into the hole
   EXPECT_NEAR(signed_distance(both, {0.1, -0.2, 0.3}), -0.4, 1e-15);
   EXPECT_NEAR(signed_distance(both, {0.7, 0.4, 0.0}), 0.2, 1e-15);
 }
@@ -86,6 +92,7 @@ TEST(Shape, VolumesAreExact) {
   EXPECT_NEAR(volume(cylinder, n), pi * 0.0625 * length, 1e-3 * pi * 0.0625 * length);
   EXPECT_NEAR(volume(capsule, n), pi * 0.0625 * length + ball * 0.015625, 1e-3 * (pi * 0.0625 * length + ball * 0.015625));
   EXPECT_NEAR(volume(ellipsoid, n), ball * 0.7 * 0.3 * 0.15, 1e-3 * ball * 0.7 * 0.3 * 0.15);
+  EXPECT_NEAR(volume(tube, n), pi * 0.16 * 1.1, 1e-3 * pi * 0.16 * 1.1);
   EXPECT_NEAR(volume(placed(Shape{Box{{-0.2, -0.3, -0.1}, {0.3, 0.2, 0.4}}}, 0.7), n), 0.125, 1e-3 * 0.125);
 }
 
@@ -119,7 +126,8 @@ TEST(Shape, AComplementIsTheOtherSideOfItsParts) {
 }
 
 TEST(Shape, NormalsAreTheGradientInsideToo) {
-  const Shape shapes[] = {box,  sphere, cylinder, capsule, ellipsoid, plane, both, bore, placed(box, 0.8), placed(capsule, -1.0)};
+  const Shape shapes[] = {box, sphere, cylinder, capsule, ellipsoid, plane, both, tube, bore, placed(box, 0.8),
+                          placed(capsule, -1.0)};
   for (const Shape& shape : shapes) {
     SCOPED_TRACE(shape_name(shape));
     const double h = 1e-6;
@@ -164,7 +172,7 @@ TEST(Shape, PlacedTurnsThenMoves) {
 }
 
 TEST(Shape, BoundsHoldTheShapeAndTouchIt) {
-  const Shape shapes[] = {box, sphere, cylinder, capsule, ellipsoid, both, placed(cylinder, 0.4), placed(both, -2.0)};
+  const Shape shapes[] = {box, sphere, cylinder, capsule, ellipsoid, both, tube, placed(cylinder, 0.4), placed(both, -2.0)};
   for (const Shape& shape : shapes) {
     SCOPED_TRACE(shape_name(shape));
     const Bounds b = bounds(shape);
@@ -206,6 +214,8 @@ TEST(Shape, DegenerateShapesAreUsageErrors) {
                        {Union{{sphere, {Sphere{{0, 0, 0}, -1.0}}}}},
                        {Complement{}},
                        {Complement{{{{Sphere{{0, 0, 0}, -1.0}}}}}},
+                       {Difference{{sphere}}},
+                       {Difference{{sphere, {Sphere{{0, 0, 0}, -1.0}}}}},
                        {Placed{}},
                        placed({Sphere{{0, 0, 0}, 0.0}}, 0.0),
                        placed(sphere, nan)};
