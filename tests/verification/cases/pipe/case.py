@@ -6,7 +6,7 @@ import numpy
 from steady_shear import Flow, profile_error, unsteadiness, yielding_from
 from study import Study
 
-DENSITY, RADIUS, FORCE = 1000.0, 0.01, 4000.0
+DENSITY, RADIUS, FORCE = 400.0, 0.01, 4000.0
 FLUIDS = {"n = 1": Flow(10.0, 5.0, 1.0, 0.5 * FORCE, RADIUS), "n = 0.5": Flow(10.0, 5.0, 0.5, 0.5 * FORCE, RADIUS)}
 CENTER = (0.31, 0.17)  # of the pipe, in cells from a node
 
