@@ -53,7 +53,7 @@ struct NodeImage {
   Vec3 velocity;  ///< of the wall, m/s
 };
 
-/// The constraints of all nodes with signed distance <= 0 to a wall or separating collider, or <= half a cell to a sticky or
+/// The constraints of all nodes with signed distance <= 0 to a wall or separating collider, or <= 3/4 of a cell to a sticky or
 /// slip collider. `nodes[n]`: grid indices of the caller's
 /// n-th node. Faces first, then colliders, in their order; a node under several constraints gets the list twice, so that
 /// corners are consistent. Not collective.

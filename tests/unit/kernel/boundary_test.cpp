@@ -214,7 +214,7 @@ TEST(Boundary, ColliderHoldsTheNearestNodesAlongItsNormals) {
   std::vector<std::size_t> held;
   for (const Contact contact : {Contact::separating, Contact::slip, Contact::sticky}) {
     const Collider ball{"ball", {Sphere{center, 0.17}}, contact, 0.0};
-    const double reach = contact == Contact::separating ? 0.17 : 0.17 + 0.5 * grid.cell_size;
+    const double reach = contact == Contact::separating ? 0.17 : 0.17 + 0.75 * grid.cell_size;
     const auto constraints = node_constraints(grid, all(FaceKind::open), {ball}, nodes);
     held.push_back(constraints.size());
     std::size_t within = 0;

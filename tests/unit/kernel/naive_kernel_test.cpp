@@ -20,8 +20,8 @@ TEST(NaiveKernel, TakesTheStepsOfTheReference) {
   scene.grid.n_cells = {n_cells, n_cells, n_cells};
   scene.gravity = Vec3(0.0, 0.0, -naive.gravity());
   scene.materials = {{naive.bulk_modulus(), naive.shear_modulus(), false, 0.0, 0.0, 1.0}};
-  // Sticky to the depth of three nodes, as the naive kernel's walls (nodes 0 .. 2 and 11 .. 13).
-  const double depth = 2.5 / n_cells, high = 10.5 / n_cells;
+  // Sticky to the depth of three nodes, planes on the last of them, as the naive kernel's walls (nodes 0 .. 2 and 11 .. 13).
+  const double depth = 2.0 / n_cells, high = 11.0 / n_cells;
   for (int a = 0; a < 3; ++a) {
     scene.colliders.push_back({"low", {Plane{depth * Vec3::Unit(a), Vec3::Unit(a)}}, Contact::sticky, 0.0});
     scene.colliders.push_back({"high", {Plane{high * Vec3::Unit(a), -Vec3::Unit(a)}}, Contact::sticky, 0.0});

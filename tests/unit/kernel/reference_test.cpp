@@ -401,17 +401,14 @@ TEST(Reference, WallsHoldOutflowsRemoveAndOpenFacesRefuse) {
   ReferenceMpm sticky = falling(FaceKind::sticky);
   ReferenceMpm slip = falling(FaceKind::slip);
   ReferenceMpm separating = falling(FaceKind::separating);
-  bool touched = false;
+  separating.step(1e-2);
+  EXPECT_EQ(separating.particles.at(0).x.z(), 0.1);
   for (int step = 0; step < 200; ++step) {
     sticky.step(1e-2);
     slip.step(1e-3);
-    separating.step(1e-2);
     EXPECT_GE(sticky.particles.at(0).x.z(), 0.1);
     EXPECT_GE(slip.particles.at(0).x.z(), 0.1);
-    EXPECT_GE(separating.particles.at(0).x.z(), 0.1);
-    touched = touched || separating.particles.at(0).x.z() == 0.1;
   }
-  EXPECT_TRUE(touched);  // sticky and slip walls let no particle arrive: they hold the velocity to zero on their plane only
   EXPECT_LT(sticky.particles.at(0).v.norm(), 0.01 * 0.5);  // it began less than a hundredth of a cell from the wall
   EXPECT_NEAR(slip.particles.at(0).v.x(), 0.5, 1e-12);
 

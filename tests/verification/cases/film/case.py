@@ -19,7 +19,7 @@ def run(study, name, cells):
     box = channel_sets(flow.half, cells, (0.0, 1.25))
     upper = [*box["domain.upper"][:2], flow.half]
     return study.run_on_both(f"angle{angle:g}_{cells}", {
-        **box, **flow.fluid_sets(bulk=32.0), "bodies.0.shape.lower": [0.0, 0.0, 0.0], "bodies.0.shape.upper": upper,
+        **box, **flow.fluid_sets(bulk=2.0 * cells), "bodies.0.shape.lower": [0.0, 0.0, 0.0], "bodies.0.shape.upper": upper,
         "materials.fluid.density": DENSITY,
         "gravity": [WEIGHT / DENSITY * math.sin(math.radians(angle)), 0.0,
                     -WEIGHT / DENSITY * math.cos(math.radians(angle))], "time.end": end})

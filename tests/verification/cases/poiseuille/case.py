@@ -9,7 +9,7 @@ from study import Study
 # Fluids by name: yield stress, consistency, index, driving force per volume, half gap (SI); the density, and the end of the run.
 # The foam is that of the cream preset.
 FLUIDS = {
-    "n = 1": (Flow(10.0, 5.0, 1.0, 2000.0, 0.01), 1000.0, 0.15),
+    "n = 1": (Flow(10.0, 5.0, 1.0, 2000.0, 0.01), 1000.0, 0.18),
     "n = 0.5": (Flow(10.0, 5.0, 0.5, 2000.0, 0.01), 300.0, 0.1),
     "n = 2": (Flow(0.0, 2.0, 2.0, 1000.0, 0.02), 1000.0, 0.5),
     "foam, n = 0.22": (Flow(18.4175, 17.8167, 0.22, 5000.0, 0.01), 100.0, 0.05),
