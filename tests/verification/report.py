@@ -35,7 +35,7 @@ def number(value):
 
 def error_text(quantity):
     unit = f" {quantity['unit']}" if quantity["unit"] and (quantity["truth"] is None or not quantity["relative"]) else ""
-    parts = [(f"{level['label']}: " if level["label"] else "") + number(level["error"]) + unit for level in quantity["levels"]]
+    parts = [(f"{float(level['label']):.3g}: " if level["label"] else "") + number(level["error"]) + unit for level in quantity["levels"]]
     return ", ".join(parts)
 
 

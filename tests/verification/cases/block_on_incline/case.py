@@ -59,7 +59,7 @@ def main():
         axes.plot(*rows(ringing, "center_of_mass_x_m"), label="sticking, APIC")
         axes.set(xlabel="time [s]", ylabel="distance [m]")
         axes.legend()
-    study.plot(draw, f"The block's path; all but the sticking one with PIC with cells of {1e3 * cells[0]:g} mm.")
+    study.plot(draw, f"The block's path. Sticking with PIC: cells of {1e3 * cells[1]:g} mm; all else: {1e3 * cells[0]:g} mm.")
     study.finish()
 
 
