@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Makes docs/verification.md from the results that the long versions of the verification cases leave in build/verification."""
+"""Makes docs/verification.md from the results that the long versions of the verification cases leave in
+build/verification."""
 
 import argparse
 import json
@@ -35,7 +36,8 @@ def number(value):
 
 def error_text(quantity):
     unit = f" {quantity['unit']}" if quantity["unit"] and (quantity["truth"] is None or not quantity["relative"]) else ""
-    parts = [(f"{float(level['label']):.3g}: " if level["label"] else "") + number(level["error"]) + unit for level in quantity["levels"]]
+    parts = [(f"{float(level['label']):.3g}: " if level["label"] else "") + number(level["error"]) + unit
+             for level in quantity["levels"]]
     return ", ".join(parts)
 
 
@@ -53,7 +55,8 @@ def section(result):
     for quantity in result["quantities"]:
         if quantity["truth"] is not None:
             value = quantity["levels"][-1]["value"]
-            lines.append(f"- {quantity['quantity']}: {value:.6g} against {quantity['truth']:.6g} {quantity['unit']}".rstrip() + ".")
+            found = f"{value:.6g} against {quantity['truth']:.6g} {quantity['unit']}".rstrip()
+            lines.append(f"- {quantity['quantity']}: {found}.")
         if quantity["note"]:
             lines.append(f"- {quantity['quantity']}: {quantity['note']}.")
     lines += [f"- {remark}" for remark in result["remarks"]]
