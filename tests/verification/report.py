@@ -12,8 +12,8 @@ MARK = "<!-- generated: case "
 INTRODUCTION = """<!-- Written by tests/verification/report.py from the results of long verification runs; do not edit. -->
 # Verification
 
-Every case runs the real program on a scene of its own and compares what comes out with an analytic or published truth: on one
-rank and on two (the finest of several runs on one count only), which must agree bit for bit, and, where the error is one of
+Every case runs the real program on a scene of its own and compares what comes out with an analytic or published truth: on
+one rank and on two (the finest of several runs on one count only), which must agree bit for bit, and, where the error is one of
 discretisation, at several resolutions. The cases are in `tests/verification/cases`, a scene and a script each.
 
     ctest --test-dir build -L verification      # short versions, coarser; part of cluster/test.sh
@@ -21,7 +21,7 @@ discretisation, at several resolutions. The cases are in `tests/verification/cas
     cluster/verify.sh                           # builds, runs the long versions and writes this page
 
 **Errors** are relative to the truth unless a unit is given. Where there are several, the number before the colon is the
-resolution, in cells per characteristic length of the case, and the **order** is that observed from the coarsest to the finest.
+resolution, in cells per characteristic length of the case, and the **order** is that observed from coarsest to finest.
 A row passes if its last error (the finest resolution) is within **at most** and its order is at least the one in brackets.
 """
 
