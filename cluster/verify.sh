@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
-# Installs what is missing, builds, runs the long versions of the verification cases, which takes an hour or two on two cores, and
-# writes docs/verification.md and its pictures. The page is written even where a case misses a gate, and says so; the exit code
-# is then ctest's. Further arguments go to ctest: `cluster/verify.sh -R slump` runs one case again and keeps the others' results.
+# Installs what is missing, builds, runs the long versions of the verification cases, an hour or two on two cores, and
+# writes docs/verification.md and its pictures. The page is written even where a case misses a gate, and says so; the exit
+# code is then ctest's. Further arguments go to ctest: `cluster/verify.sh -R slump` runs one case again and
+# keeps the results of the others.
 set -euo pipefail
 
 root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"

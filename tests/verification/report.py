@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Makes docs/verification.md from the results that the long versions of the verification cases leave in build/verification."""
+"""Makes docs/verification.md from the results that the long versions of the verification cases leave in
+build/verification."""
 
 import argparse
 import json
@@ -8,20 +9,20 @@ import shutil
 import sys
 
 MARK = "<!-- generated: case "
-INTRODUCTION = """<!-- Written by tests/verification/report.py from the results of the long verification runs; do not edit. -->
+INTRODUCTION = """<!-- Written by tests/verification/report.py from the results of long verification runs; do not edit. -->
 # Verification
 
-Every case runs the real program on a scene of its own and compares what comes out with an analytic or published truth: on one
-rank and on two, which must agree bit for bit, and, where the error is one of discretisation, at several resolutions. The cases
-are in `tests/verification/cases`, a scene and a script each.
+Every case runs the real program on a scene of its own and compares what comes out with an analytic or published truth: on
+one rank and on two (the finest of several runs on one count only), which must agree bit for bit, and, where the error is one of
+discretisation, at several resolutions. The cases are in `tests/verification/cases`, a scene and a script each.
 
     ctest --test-dir build -L verification      # short versions, coarser; part of cluster/test.sh
     ctest --test-dir build -L slow              # long versions: the numbers of this page
     cluster/verify.sh                           # builds, runs the long versions and writes this page
 
-**Errors** are relative to the truth unless a unit is given. Where there are several, the number before the colon is the resolution,
-in cells per characteristic length of the case, and the **order** is that observed from the coarsest to the finest. A row passes
-if its last error (the finest resolution) is within **at most** and its order is at least the one in brackets.
+**Errors** are relative to the truth unless a unit is given. Where there are several, the number before the colon is the
+resolution, in cells per characteristic length of the case, and the **order** is that observed from coarsest to finest.
+A row passes if its last error (the finest resolution) is within **at most** and its order is at least the one in brackets.
 """
 
 
@@ -35,7 +36,8 @@ def number(value):
 
 def error_text(quantity):
     unit = f" {quantity['unit']}" if quantity["unit"] and (quantity["truth"] is None or not quantity["relative"]) else ""
-    parts = [(f"{level['label']}: " if level["label"] else "") + number(level["error"]) + unit for level in quantity["levels"]]
+    parts = [(f"{float(level['label']):.3g}: " if level["label"] else "") + number(level["error"]) + unit
+             for level in quantity["levels"]]
     return ", ".join(parts)
 
 
@@ -53,7 +55,8 @@ def section(result):
     for quantity in result["quantities"]:
         if quantity["truth"] is not None:
             value = quantity["levels"][-1]["value"]
-            lines.append(f"- {quantity['quantity']}: {value:.6g} against {quantity['truth']:.6g} {quantity['unit']}".rstrip() + ".")
+            found = f"{value:.6g} against {quantity['truth']:.6g} {quantity['unit']}".rstrip()
+            lines.append(f"- {quantity['quantity']}: {found}.")
         if quantity["note"]:
             lines.append(f"- {quantity['quantity']}: {quantity['note']}.")
     lines += [f"- {remark}" for remark in result["remarks"]]

@@ -16,7 +16,7 @@ import report  # noqa: E402
 
 
 def made_up(name, **more):
-    levels = [{"label": "4", "value": 0.04, "error": 0.04}, {"label": "8", "value": 0.01, "error": 0.01}]
+    levels = [{"label": "4.00123", "value": 0.04, "error": 0.04}, {"label": "8", "value": 0.01, "error": 0.01}]
     converging = {"quantity": "height", "unit": "", "levels": levels, "truth": None, "tolerance": 0.02, "relative": True,
                   "order": 2.0, "least_order": 1.5, "note": "", "passed": True}
     single = {"quantity": "speed", "unit": "m/s", "levels": [{"label": "", "value": 2.5, "error": 0.25}], "truth": 2.0,

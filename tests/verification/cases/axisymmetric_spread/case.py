@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""A cylinder of yield-stress fluid spreads on a floor: h = sqrt(2 tau_c (R - r) / (rho g)), tau_c = 225 rho g V^2 / (128 pi^2 R^5)."""
+"""A cylinder of yield-stress fluid spreads on a floor:
+h = sqrt(2 tau_c (R - r) / (rho g)), tau_c = 225 rho g V^2 / (128 pi^2 R^5)."""
 
 import math
 
@@ -49,13 +50,15 @@ def main():
         reach.append(abs(front(middles, heights, 0.004) / front(middles, formula, 0.004) - 1.0))
     depth = [profile[0] / cell for cell in cells]
     aspect = float(profile[0] / edge)
-    study.expect_convergence(f"volume out of place after {end:g} s, against lubrication", depth, moving, aspect, 0.7)
-    study.remark(f"Cells are counted over the height of the arrested layer at the axis, {1e3 * profile[0]:.1f} mm. Its aspect ratio "
+    study.expect_convergence(f"volume out of place after {end:g} s, against lubrication", depth, moving, 0.75 * aspect, 0.7)
+    study.remark(f"Cells are counted over the height of the arrested layer at the axis, {1e3 * profile[0]:.1f} mm. "
+                 f"Its aspect ratio "
                  f"is {aspect:.3f}: the thin-layer truth itself can be off by that much, hence the tolerances.")
     if study.long:
-        study.expect_convergence("volume out of place at rest, against the formula", depth, rest, aspect, 0.7)
+        study.expect_convergence("volume out of place at rest, against the formula", depth, rest, 0.75 * aspect, 0.7)
         study.expect_convergence("run-out at rest (height 4 mm), against the formula", depth, reach, aspect, 0.7)
-        study.expect_at_most("speed at the end, root mean square", speed(particles), THRESHOLD, "m/s", note="finest resolution")
+        study.expect_at_most("speed at the end, root mean square", speed(particles), THRESHOLD, "m/s",
+                             note="finest resolution")
 
     def draw(axes):
         for cell, heights in found.items():

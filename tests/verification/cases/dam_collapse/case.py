@@ -19,7 +19,8 @@ def lubrication(volume, times):
 
 def main():
     study = Study("dam_collapse", "Collapse from a wall",
-                  "Thin layer at yield, `h^2 = 2 tau_c (x_f - x)/(rho g)`, `x_f = [9 A^2 rho g/(8 tau_c)]^(1/3)`; on the way there, "
+                  "Thin layer at yield, `h^2 = 2 tau_c (x_f - x)/(rho g)`, `x_f = [9 A^2 rho g/(8 tau_c)]^(1/3)`; on "
+                  "the way there, "
                   "the lubrication equation solved in one dimension (Matson, Hogg 2007)")
     cells = (0.008, 0.004, 0.002) if study.long else (0.008, 0.004)
     end = 10.0 if study.long else 4.0
@@ -46,14 +47,17 @@ def main():
     aspect = float(shape(0.0) / length)
     study.expect_convergence(f"volume out of place after {end:g} s, against lubrication", depth, moving, 0.05, 0.7)
     study.expect_convergence(f"centre of mass after {end:g} s, against lubrication", depth, middle, 0.05, 0.7)
-    study.remark(f"Cells are counted over the height of the arrested layer at the wall, {1e3 * shape(0.0):.1f} mm. Its aspect ratio "
+    study.remark(f"Cells are counted over the height of the arrested layer at the wall, {1e3 * shape(0.0):.1f} mm. "
+                 f"Its aspect ratio "
                  f"is {aspect:.3f}: the thin-layer truth itself can be off by that much, hence the tolerances.")
     if study.long:
         study.expect_convergence("volume out of place at rest, against the formula", depth, rest, aspect, 0.7)
         study.expect_convergence("run-out at rest (height 4 mm), against the formula", depth, reach, aspect, 0.7)
-        study.expect_at_most("speed at the end, root mean square", speed(particles), THRESHOLD, "m/s", note="finest resolution")
+        study.expect_at_most("speed at the end, root mean square", speed(particles), THRESHOLD, "m/s",
+                             note="finest resolution")
         improved, second = PASTE.arrested(volume, second_order=True)
-        study.remark(f"With the normal stresses of a stretching layer (the next order in the aspect ratio) the formula's run-out is "
+        study.remark(f"With the normal stresses of a stretching layer (the next order in the aspect ratio) the "
+                     f"formula's run-out is "
                      f"{improved:.3f} m instead of {length:.3f} m; the finest run's fluid is thicker than 4 mm up to "
                      f"{front(middles, heights, 0.004):.3f} m.")
 

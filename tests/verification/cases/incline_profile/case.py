@@ -48,12 +48,14 @@ def main():
         reach.append(abs(front(middles, heights, 0.004) / front(middles, shape, 0.004) - 1.0))
     depth = [shape[0] / cell for cell in cells]
     study.expect_convergence(f"volume out of place after {end:g} s, against lubrication", depth, moving, 0.06, 0.6)
-    study.remark(f"Cells are counted over the height of the arrested layer at the wall, {1e3 * shape[0]:.1f} mm. Its aspect ratio is "
+    study.remark(f"Cells are counted over the height of the arrested layer at the wall, {1e3 * shape[0]:.1f} mm. Its "
+                 f"aspect ratio is "
                  f"{shape[0] / length:.3f}.")
     if study.long:
         study.expect_convergence("volume out of place at rest, against the formula", depth, rest, 0.06, 0.6)
         study.expect_convergence("run-out at rest (height 4 mm), against the formula", depth, reach, 0.06, 0.6)
-        study.expect_at_most("speed at the end, root mean square", speed(particles), THRESHOLD, "m/s", note="finest resolution")
+        study.expect_at_most("speed at the end, root mean square", speed(particles), THRESHOLD, "m/s",
+                             note="finest resolution")
 
     def draw(axes):
         for cell, profile in found.items():

@@ -49,9 +49,13 @@ def main():
         if len(reached) > 1:
             study.expect_at_most(f"change of the run-out from the middle to the finest resolution, a = {aspect}",
                                  abs(reached[-1] / reached[-2] - 1.0), 0.1)
-    study.remark("Where no order is given there is none to expect: the truth is a fit to experiments, and its prefactors depend on the "
-                 "friction angle, here 30 degrees in plane flow (22.2 degrees in triaxial compression, which `friction_angle` means). "
-                 f"The deposit ends where it is thinner than {1e3 * EDGE:g} mm.")
+    study.remark("No order is gated: the truth is a fit to experiments, and its prefactors depend on the friction "
+                 "angle, here 30 "
+                 "degrees in plane flow (22.2 degrees in triaxial compression, which `friction_angle` means). The "
+                 "tolerance is an "
+                 f"estimate of that scatter. The deposit ends where it is thinner than {1e3 * EDGE:g} mm, a height "
+                 f"below one cell: the "
+                 "thin end of the tall column's deposit moves by some per cent, up and down, from resolution to resolution.")
 
     def draw(axes):
         for aspect, heights in found.items():
