@@ -11,7 +11,7 @@ inline config::Names<FloatPrecision> names(config::Of<FloatPrecision>) {
 }
 
 /// What a frame can hold beside the position, which it always holds.
-inline std::vector<std::string> frame_field_names() {
+inline std::vector<std::string> frame_field_choices() {
   return {"velocity",
           "affine_velocity",
           "left_cauchy_green",
@@ -43,7 +43,7 @@ inline const config::Keys<OutputSettings>& keys(config::Of<OutputSettings>) {
                {.about = "Steps between rows of history.csv.", .unit = "steps", .range = config::at_least(1.0)})
           .key("progress_interval", &S::progress_interval,
                {.about = "Wall time between progress lines.", .unit = "s", .range = config::at_least(0.0), .duration = true})
-          .key("fields", &S::fields, {.about = "What frames hold beside the position.", .names = frame_field_names()})
+          .key("fields", &S::fields, {.about = "What frames hold beside the position.", .names = frame_field_choices()})
           .key("precision", &S::precision, {.about = "Size of the real numbers in frames."})
           .key("grid", &S::grid, {.about = "Also write the grid's mass density and velocity."});
   return table;
