@@ -1,6 +1,9 @@
 #pragma once
 // How the laws' keys are read into their parameters.
 
+#include <cmath>
+#include <vector>
+
 #include "bulkley/config/groups.hpp"
 #include "bulkley/material/herschel_bulkley_keys.hpp"
 #include "bulkley/material/material_keys.hpp"
@@ -81,12 +84,23 @@ struct SolidKeys {
 BULKLEY_LAW_KEYS(NeoHookean, SolidKeys);
 BULKLEY_LAW_KEYS(Hencky, SolidKeys);
 BULKLEY_LAW_KEYS(FixedCorotated, SolidKeys);
-BULKLEY_LAW_KEYS(FiniteViscoelastic, SolidKeys);
 BULKLEY_LAW_KEYS(DruckerPrager, SolidKeys);
 BULKLEY_LAW_KEYS(Snow, SolidKeys);
 BULKLEY_LAW_KEYS(Newtonian, PlainKeys);
 BULKLEY_LAW_KEYS(OldroydB, PlainKeys);
 #undef BULKLEY_LAW_KEYS
+
+template <>
+struct LawKeys<FiniteViscoelastic> : SolidKeys<FiniteViscoelastic> {
+  static const config::Keys<Input>& table();
+  /// Without a bulk relaxation time that is infinite: scenes hold finite numbers only.
+  static config::Value write(const FiniteViscoelastic& law) {
+    config::Value value = SolidKeys::write(law);
+    if (std::isinf(law.parameters.bulk_relaxation_time))
+      std::erase_if(value.items, [](const config::Value& entry) { return entry.key == "bulk_relaxation_time"; });
+    return value;
+  }
+};
 
 /// The flow keys of Herschel-Bulkley for the full structure, and those of the structure.
 template <>

@@ -25,8 +25,8 @@ inline Spectrum<Real> spectrum(SymTensor<Real> b) {
   for (int sweep = 0; sweep < sweeps_cap; ++sweep) {
     const Real off = b.c[3] * b.c[3] + b.c[4] * b.c[4] + b.c[5] * b.c[5];
     const Real diagonal = b.c[0] * b.c[0] + b.c[1] * b.c[1] + b.c[2] * b.c[2];
-    // A lane that has converged is left alone, so that its result does not depend on the others.
-    const Mask<Real> active = off > 1e-34 * diagonal;
+    // A lane that has converged is left alone, so that its result does not depend on the others. One with NaN never has.
+    const Mask<Real> active = select(off <= 1e-34 * diagonal, zero, one) > zero;
     if (!any(active)) break;
     for (const auto& [p, q, r] : plane) {
       Real& b_pq = b.c[symmetric_index(p, q)];

@@ -73,11 +73,13 @@ struct DruckerPrager {
     const Real volumetric = minimum(logarithm(state.volume_ratio), broadcast<Real>(tip_strain()));
     return elastic().wave_speed_squared(state.left_cauchy_green, volumetric);
   }
+  /// Beyond the tip the stress stays kappa e_c, and its work is given back when the volume returns: W grows linearly there.
   template <class Real>
   Real energy_density(const State<Real, 1>& state) const {
-    const Real volumetric = minimum(logarithm(state.volume_ratio), broadcast<Real>(tip_strain()));
+    const Real total = logarithm(state.volume_ratio);
+    const Real volumetric = minimum(total, broadcast<Real>(tip_strain()));
     return parameters.shear_modulus * log_strain(state.left_cauchy_green).norm_squared() +
-           (0.5 * parameters.bulk_modulus) * (volumetric * volumetric);
+           parameters.bulk_modulus * (volumetric * (total - 0.5 * volumetric));
   }
 
   /// What of dev e remains after the return to the cone, and the plastic strain of the step.

@@ -7,6 +7,7 @@
 #include <numeric>
 #include <sstream>
 
+#include "bulkley/material/preset.hpp"
 #include "unit/config/scene_text.hpp"
 
 namespace bulkley::scene_test {
@@ -119,6 +120,11 @@ TEST(ShippedScenes, TakeTheOverridesTheyRecommend) {
 TEST(InputReference, IsCurrent) {
   EXPECT_TRUE(content(source_folder / "docs" / "input.md") == input_reference())
       << "docs/input.md is out of date: bulkley input-reference > docs/input.md";
+}
+
+TEST(PresetReference, IsCurrent) {
+  EXPECT_TRUE(content(source_folder / "docs" / "materials" / "presets.md") == preset_reference())
+      << "docs/materials/presets.md is out of date: bulkley presets --markdown > docs/materials/presets.md";
 }
 
 }  // namespace

@@ -274,5 +274,51 @@ TEST(HerschelBulkleyLimits, WithoutYieldStressAndWithIndexOneItIsAMaxwellFluid) 
   }
 }
 
+// Viscosities of its limits in steady shear: eta / 2 for h = 1, and K = eta 2^(-(1+h)/2).
+TEST(HerschelBulkleyLimits, WithoutYieldStressItIsAPowerLawFluid) {
+  for (const double h : {0.5, 1.0, 2.0}) {
+    const HerschelBulkley fluid{{1000.0, 1e7, 1e6, 0.0, 10.0, h}};
+    State<double> state = at_rest();
+    double stress = 0.0;
+    for (int step = 0; step < 20000; ++step) stress = fluid.update(state, simple_shear(3.0), 1e-4).kirchhoff_stress.c[3];
+    EXPECT_NEAR(stress, 10.0 * std::pow(2.0, -0.5 * (1.0 + h)) * std::pow(3.0, h), 1e-5 * stress) << h;
+  }
+}
+
+TEST(HerschelBulkleyLimits, ABackgroundAddsItsNewtonianStressAndNothingElse) {
+  std::mt19937_64 random(16);
+  HerschelBulkley both = foam();
+  both.parameters.background_viscosity = 0.8;
+  EXPECT_EQ(both.viscosity(), 0.8);
+  EXPECT_EQ(foam().viscosity(), 0.0);
+  State<double> state = at_rest(), alone = at_rest();
+  for (int step = 0; step < 200; ++step) {
+    const Tensor<double> L = random_tensor(random, 30.0);
+    const auto update = both.update(state, L, 1e-3), expected = foam().update(alone, L, 1e-3);
+    EXPECT_EQ(largest_difference(state.left_cauchy_green, alone.left_cauchy_green), 0.0);
+    EXPECT_EQ(update.plastic_shear_rate, expected.plastic_shear_rate);
+    SymTensor<double> rate;
+    for (int i = 0; i < 3; ++i)
+      for (int j = i; j < 3; ++j)
+        rate.c[symmetric_index(i, j)] = 0.5 * (L(i, j) + L(j, i)) - (i == j ? (L(0, 0) + L(1, 1) + L(2, 2)) / 3.0 : 0.0);
+    for (int c = 0; c < 6; ++c)
+      EXPECT_NEAR(update.kirchhoff_stress.c[c] - expected.kirchhoff_stress.c[c], 1.6 * state.volume_ratio * rate.c[c],
+                  1e-15 * (largest_component(expected.kirchhoff_stress) + largest_component(rate)));
+    EXPECT_NEAR(update.dissipation - expected.dissipation, 1.6 * state.volume_ratio * norm_squared(rate) * 1e-3, 1e-12);
+  }
+}
+
+// The tables of one step through Pack arithmetic.
+TEST_P(TensorTable, AgreesWithTheReferenceInEveryLane) {
+  const TensorCase& c = GetParam();
+  const HerschelBulkley law{{1000.0, c.kappa, c.mu, c.sigma_Y, c.eta, c.h}};
+  State<double> state{from_table(c.start), 1.0};
+  const auto result = advance<Pack>(law, state, c.L, c.dt);
+  const SymTensor<double> b = from_table(c.b), tau = from_table(c.tau);
+  EXPECT_LT(largest_difference(state.left_cauchy_green, b), 1e-11 * largest_component(b));
+  EXPECT_LT(largest_difference(result.kirchhoff_stress, tau), 1e-11 * largest_component(tau));
+  EXPECT_NEAR(result.plastic_shear_rate, std::sqrt(2.0) * c.rate, 1e-9 * c.rate);
+}
+
 }  // namespace
 }  // namespace bulkley

@@ -97,13 +97,16 @@ TEST(YoungsModulus, AgreesWithTheUniaxialTest) {
 }
 
 TEST(Preset, EveryOneIsValidAndFoundByName) {
-  EXPECT_EQ(preset_names(), "cream, oobleck, pie");
+  std::string names;
   for (const Preset& preset : presets()) {
-    EXPECT_FALSE(parameter_fault(preset.material.parameters)) << preset.name;
+    EXPECT_NO_THROW(require_valid({std::string(preset.name), preset.material})) << preset.name;
     EXPECT_FALSE(preset.source.empty());
     const auto found = find_preset(preset.name);
-    EXPECT_TRUE(found && found->material.parameters.eta == preset.material.parameters.eta);
+    EXPECT_TRUE(found && found->material.index() == preset.material.index() && found->source == preset.source);
+    EXPECT_LT(names.substr(names.rfind(' ') + 1), preset.name) << "not in alphabetical order, or twice";
+    names += (names.empty() ? "" : ", ") + std::string(preset.name);
   }
+  EXPECT_EQ(preset_names(), names);
   EXPECT_FALSE(find_preset("Cream"));
   EXPECT_FALSE(find_preset(""));
 }
@@ -114,7 +117,38 @@ TEST(Preset, HoldsTheReportedNumbers) {
                                  {275.0, 1.09e5, 1600.0, 120.0, 5.0, 0.27}};
   const char* names[3] = {"cream", "oobleck", "pie"};
   for (int i = 0; i < 3; ++i)
-    for (int e = 0; e < 6; ++e) EXPECT_EQ(find_preset(names[i])->material.parameters.*entries[e].member, expected[i][e]);
+    for (int e = 0; e < 6; ++e)
+      EXPECT_EQ(std::get<HerschelBulkley>(find_preset(names[i])->material).parameters.*entries[e].member, expected[i][e]);
+}
+
+TEST(Preset, ThoseInTheRheometersConventionAreConverted) {
+  const auto paint = std::get<HerschelBulkley>(find_preset("carbopol")->material).parameters;
+  EXPECT_NEAR(paint.sigma_Y, 89.0 * std::sqrt(3.0), 1e-12);
+  EXPECT_NEAR(paint.eta, 47.7 * std::pow(2.0, 0.7075), 1e-12);
+  EXPECT_EQ(paint.h, 0.415);
+}
+
+TEST(Preset, SandAndSnowAreThoseOfTheirSources) {
+  const auto sand = std::get<DruckerPrager>(find_preset("sand")->material).parameters;
+  EXPECT_NEAR(sand.shear_modulus, 136038.4615, 1e-4);
+  EXPECT_NEAR(sand.bulk_modulus - 2.0 / 3.0 * sand.shear_modulus, 204057.6923, 1e-4);
+  const auto snow = std::get<Snow>(find_preset("snow")->material).parameters;
+  EXPECT_NEAR(snow.shear_modulus, 1.4e5 / 2.4, 1e-9);
+  EXPECT_EQ(snow.critical_compression, 2.5e-2);
+  EXPECT_EQ(snow.critical_stretch, 7.5e-3);
+  EXPECT_EQ(snow.hardening, 10.0);
+}
+
+// Who uses numbers that are not published is told so.
+TEST(Preset, CaveatsOfUncertainAndProposedNumbersOnly) {
+  for (const Preset& preset : presets()) {
+    const bool sure = preset.confidence == Confidence::published || preset.confidence == Confidence::measured;
+    const std::string text = caveat(preset);
+    EXPECT_EQ(text.empty(), sure) << preset.name;
+    if (sure) continue;
+    for (const std::string_view part : {preset.name, std::string_view(name(preset.confidence)), preset.source})
+      EXPECT_NE(text.find(part), std::string::npos) << text;
+  }
 }
 
 }  // namespace

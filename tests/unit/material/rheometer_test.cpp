@@ -85,6 +85,46 @@ TEST_P(Rheometer, ReachesTheSteadyStress) {
 INSTANTIATE_TEST_SUITE_P(Table, Rheometer, testing::ValuesIn(rheometer_cases),
                          [](const auto& test) { return test.param.id; });
 
+// --- finite elastic strain ------------------------------------------------------------------------------------------------
+
+// Steady simple shear of the continuous model at s / mu = elastic_strain, for any flow curve.
+struct FiniteStrainRow {
+  double elastic_strain, mean, rate_ratio, shear_stress, normal_stress;  // x, shear rate / gamma, tau_12 / s, N_1 / s
+};
+const FiniteStrainRow finite_strain_rows[] = {
+    {0.01, 1.0000166661, 1.4142135632, 0.7070832129, 0.0099995000},
+    {0.1, 1.0016611584, 1.4142213158, 0.7047691871, 0.0995046677},
+    {0.2, 1.0065807074, 1.4143329095, 0.6979797940, 0.1961443897},
+    {0.5, 1.0387808386, 1.4178974035, 0.6578775580, 0.4489892606},
+    {1.0, 1.1345526618, 1.4475623880, 0.5693169044, 0.7263847377},
+    {2.0, 1.4081332924, 1.5931333447, 0.4297990845, 0.9725318714},
+    {5.0, 2.4520449338, 2.2557084096, 0.2491875403, 1.1461748162},
+};
+
+TEST(Rheometer, SteadyStateAtFiniteElasticStrain) {
+  constexpr double mu = 1e3, eta = 10.0;
+  const HerschelBulkley fluid{{1000.0, 1e5, mu, 0.0, eta, 1.0}};  // gamma = s / eta
+  for (const FiniteStrainRow& row : finite_strain_rows) {
+    const double s = row.elastic_strain * mu, rate = row.rate_ratio * s / eta;
+    double values[2][4];
+    for (int level = 0; level < 2; ++level) {
+      const double dt = 1e-3 / (1 + level) * std::min(1.0, row.elastic_strain) / rate;
+      State<double> state = at_rest();
+      Update<double> update{};
+      for (double strain = 0.0; strain < 12.0 * row.elastic_strain + 2.0 * row.elastic_strain * row.elastic_strain;
+           strain += rate * dt)
+        update = fluid.update(state, simple_shear(rate), dt);
+      const SymTensor<double>& tau = update.kirchhoff_stress;
+      const double of_level[] = {norm(deviator(tau)) / s, tau.c[3] / s, (tau.c[0] - tau.c[1]) / s,
+                                 trace(state.left_cauchy_green) / 3.0};
+      std::copy_n(of_level, 4, values[level]);
+    }
+    const double expected[] = {1.0, row.shear_stress, row.normal_stress, row.mean};
+    for (int k = 0; k < 4; ++k)  // first order in dt, taken out
+      EXPECT_NEAR(2.0 * values[1][k] - values[0][k], expected[k], 2e-5 * expected[k]) << row.elastic_strain << ' ' << k;
+  }
+}
+
 // --- order of convergence -------------------------------------------------------------------------------------------------
 
 struct StartUpCase {
