@@ -71,6 +71,40 @@ TEST_F(SolverTest, ParticlesAreTheSameOnAnyNumberOfRanksUnderAnyPartition) {
     }
 }
 
+// Every law with its internal variables, which travel with the particles; and on from what a checkpoint would hold.
+TEST_F(SolverTest, AllLawsSideBySideAreTheSameOnAnyNumberOfRanksAndThroughARestart) {
+  for (const TransferSettings& transfer : {some_transfers()[0], some_transfers()[2]}) {
+    SCOPED_TRACE(describe(transfer));
+    SolverScene scene = every_law_scene(transfer);
+    scene.physics.time = {};
+    constexpr int n_steps = 40;
+    const ParticleSet alone = run(self, scene, partition_of(self, scene, PartitionMethod::ranges), n_steps);
+    EXPECT_EQ(alone.size(), scene.particles.size());
+    EXPECT_TRUE(same_particles(alone, run(comm, scene, partition_of(comm, scene, PartitionMethod::ranges), n_steps)));
+    EXPECT_TRUE(same_particles(alone, run(comm, scene, partition_of(comm, scene, PartitionMethod::uniform, true), n_steps)));
+
+    // Each law has deformed, and each internal variable has changed somewhere.
+    for (const Field field :
+         {Field::structure, Field::hardening, Field::plastic_volume_ratio, Field::viscous_left_cauchy_green}) {
+      double change = 0.0;
+      for (LocalIndex p = 0; p < alone.size(); ++p) {
+        EXPECT_EQ(alone.id()[p], scene.particles.id()[p]);
+        change = std::max(change, std::abs(alone.real(field)[p] - scene.particles.real(field)[p]));
+      }
+      EXPECT_GT(change, 1e-4) << info(field).name;
+    }
+
+    TimeStepState state;
+    auto solver = solver_of(comm, scene, partition_of(comm, scene, PartitionMethod::ranges));
+    for (int step = 0; step < n_steps / 2; ++step) solver->step(1.0, 0, state);
+    const ParticleSet saved = gathered(comm, solver->particles());
+    Solver restarted(comm, scene.physics, partition_of(comm, scene, PartitionMethod::uniform, true),
+                     share_of(comm, saved, fields_of(scene.physics)), solver->bounds());
+    for (int step = n_steps / 2; step < n_steps; ++step) restarted.step(1.0, 0, state);
+    EXPECT_TRUE(same_particles(alone, gathered(comm, restarted.particles())));
+  }
+}
+
 // One block in one corner: with many ranks most of them have no particle and no pool.
 TEST_F(SolverTest, RanksWithoutParticlesTakePart) {
   SolverScene scene = empty_scene(some_transfers()[0], {8, 8, 8}, {false, false, false});
@@ -128,7 +162,7 @@ TEST_F(SolverTest, ARestartedRunContinuesWithTheSameBits) {
     const StepBounds bounds = solver->bounds();
     TimeStepState state_restarted = state;
     Solver restarted(comm, scene.physics, partition_of(comm, scene, PartitionMethod::uniform, true),
-                     share_of(comm, saved, gradient_if(transfer.needs_velocity_gradient())), bounds);
+                     share_of(comm, saved, fields_of(scene.physics)), bounds);
 
     for (int step = 0; step < 15; ++step) {
       const StepReport a = solver->step(1.0, 0, state), b = restarted.step(1.0, 0, state_restarted);

@@ -27,6 +27,12 @@ StepBounds moving(double speed, double wave_speed, double gradient) {
   return bounds;
 }
 
+// The same with this largest kinematic viscosity, m^2/s.
+StepBounds viscous(StepBounds bounds, double viscosity) {
+  bounds.viscosity = {viscosity, 44};
+  return bounds;
+}
+
 // One step as the solver takes it: plans, judges by `motion` where the plan asks for it, accepts. Returns the plan taken.
 TimeStepPlan take_step(const TimeStepSettings& settings, const StepBounds& before, const StepBounds& motion,
                        double remaining, TimeStepState& state) {
@@ -66,6 +72,9 @@ TEST(TimeStep, TheSmallestOfTheLimitsCountsAndNamesItsParticle) {
       {moving(1.0, 1.0, 100.0), 0.0, 0.8 * 0.1 / 100.0, Limiter::deformation, 33},
       {moving(1.0, 1.0, 1.0), 1e-5, 1e-5, Limiter::largest, -1},
       {moving(0.0, 10.0, 0.0), 0.0, 0.4 * dx / 10.0, Limiter::elastic, 22},
+      {viscous(moving(1.0, 1.0, 1.0), 2.0), 0.0, 0.5 * dx * dx / (6.0 * 2.0), Limiter::viscous, 44},
+      {viscous(moving(1.0, 100.0, 1.0), 2.0), 0.0, 0.4 * dx / 100.0, Limiter::elastic, 22},
+      {viscous(moving(0.0, 0.0, 0.0), 2.0), 0.0, 0.5 * dx * dx / (6.0 * 2.0), Limiter::viscous, 44},
   };
   for (const Case& c : cases) {
     settings.largest_step = c.largest;
@@ -329,6 +338,22 @@ TEST(TimeStep, AFixedStepAboveTheLimitsIsRefused) {
   settings.allow_unstable = true;
   EXPECT_EQ(plan_step(settings, dx, moving(1.0, 100.0, 0.0), plenty, state).dt, 1e-3);
 }
+
+// Viscosity is a matter of stability, too.
+TEST(TimeStep, AFixedStepAboveTheViscousLimitIsRefused) {
+  TimeStepSettings settings;
+  settings.mode = TimeStepMode::fixed;
+  settings.fixed_step = 1e-3;
+  settings.viscous_cfl = 0.3;
+  TimeStepState state;
+  EXPECT_EQ(
+      message_of([&] { plan_step(settings, dx, viscous(moving(1.0, 1.0, 0.0), 1.0), plenty, state); }),
+      "the fixed time step of 0.001 s is above the viscous limit of 0.0005 s (particle 44); choose a smaller time.step, "
+      "mode = \"adaptive\", or allow_unstable = true");
+  EXPECT_EQ(plan_step(settings, dx, viscous(moving(1.0, 1.0, 0.0), 0.4), plenty, state).dt, 1e-3);
+}
+
+TEST(TimeStep, TheViscousLimitIsNamed) { EXPECT_STREQ(name(Limiter::viscous), "viscous"); }
 
 TEST(TimeStep, AFixedStepStaysButForOutputs) {
   TimeStepSettings settings;

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "bulkley/kernel/stress_update.hpp"
 #include "bulkley/solver/solver.hpp"
 #include "support/particle_builders.hpp"
 
@@ -102,6 +103,40 @@ inline SolverScene periodic_scene(const TransferSettings& transfer, const Int3& 
   return scene;
 }
 
+/// A block of every law, each thrown against its neighbours: two rows of five over a floor.
+inline SolverScene every_law_scene(const TransferSettings& transfer) {
+  SolverScene scene = empty_scene(transfer, {12, 8, 8}, {false, false, false});
+  Physics& physics = scene.physics;
+  physics.gravity = Vec3(0.0, 0.0, -9.81);
+  physics.faces[4] = {FaceKind::separating, 0.3};
+  const NeoHookean::Parameters stiff{1000.0, 1e5, 3e4};
+  const HerschelBulkley::Parameters flow{1000.0, 1e5, 3e4, 50.0, 20.0, 0.4, 0.5};
+  ThixotropicHerschelBulkley::Parameters thixotropic{flow};
+  thixotropic.build_up = 1.0;
+  thixotropic.breakdown = 0.5;
+  DruckerPrager::Parameters sand{stiff};
+  sand.friction_angle = 30.0;
+  sand.cohesion = 50.0;
+  sand.hardening_drop = 5.0;
+  physics.materials = {{"neo_hookean", NeoHookean{stiff}},
+                       {"herschel_bulkley", HerschelBulkley{flow}},
+                       {"hencky", Hencky{stiff}},
+                       {"fixed_corotated", FixedCorotated{stiff}},
+                       {"newtonian", Newtonian{{1000.0, 1e5, 3.0}}},
+                       {"oldroyd_b", OldroydB{{1000.0, 1e5, 1e3, 0.02, 1.0}}},
+                       {"finite_viscoelastic", FiniteViscoelastic{{stiff, 1e4, 1e4, 0.01, 0.02}}},
+                       {"thixotropic", ThixotropicHerschelBulkley{thixotropic}},
+                       {"sand", DruckerPrager{sand}},
+                       {"snow", Snow{{stiff, 1e-2, 5e-3, 5.0}}}};
+  scene.particles = ParticleSet(internal_fields(physics.materials));
+  for (int m = 0; m < 10; ++m)
+    add_block(scene, physics.grid.lower + Vec3(0.1 + 0.2 * (m % 5), 0.2 + 0.2 * (m / 5), 0.05), {4, 4, 4},
+              static_cast<std::uint8_t>(m), Vec3(m % 2 == 0 ? 1.5 : -1.5, m < 5 ? 1.0 : -1.0, -1.0));
+  for (std::size_t m = 0; m < physics.materials.size(); ++m)
+    set_internal_variables(physics.materials[m].material, static_cast<std::uint8_t>(m), scene.particles);
+  return scene;
+}
+
 /// The transfers whose code paths differ most, for tests that need not run through all.
 inline std::vector<TransferSettings> some_transfers() {
   return {{.scheme = TransferScheme::apic, .order = SplineOrder::quadratic, .gradient = GradientForm::mls},
@@ -132,11 +167,17 @@ inline ParticleSet share_of(const Comm& comm, const ParticleSet& all, OptionalFi
   return picked(all, mine, fields);
 }
 
+/// What particles of the scene hold beside the fields that all have. Not collective.
+inline OptionalFields fields_of(const Physics& physics) {
+  OptionalFields fields = internal_fields(physics.materials);
+  if (physics.transfer.needs_velocity_gradient()) fields.insert(Field::velocity_gradient);
+  return fields;
+}
+
 /// A solver at the scene's start. Collective.
 inline std::unique_ptr<Solver> solver_of(const Comm& comm, const SolverScene& scene, Partition partition) {
-  return std::make_unique<Solver>(
-      comm, scene.physics, std::move(partition),
-      share_of(comm, scene.particles, gradient_if(scene.physics.transfer.needs_velocity_gradient())), std::nullopt);
+  return std::make_unique<Solver>(comm, scene.physics, std::move(partition),
+                                  share_of(comm, scene.particles, fields_of(scene.physics)), std::nullopt);
 }
 
 /// All particles of all ranks on every rank, ascending by id, without what lives within one step. Collective.
@@ -145,7 +186,10 @@ inline ParticleSet gathered(const Comm& comm, const ParticleSet& local) {
   const int n_local = local.size();
   BULKLEY_MPI(MPI_Allgather(&n_local, 1, MPI_INT, counts.data(), 1, MPI_INT, comm.get()));
   for (std::size_t r = 1; r < starts.size(); ++r) starts[r] = starts[r - 1] + counts[r - 1];
-  ParticleSet all;
+  OptionalFields moving;
+  for (const FieldInfo& field : field_table)
+    if (field.optional && field.moves && local.has(field.field)) moving.insert(field.field);
+  ParticleSet all(moving);
   all.resize(starts.back() + counts.back());
   std::size_t to = 0;
   for (std::size_t from = 0; from < local.columns().size(); ++from) {
