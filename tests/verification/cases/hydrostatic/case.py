@@ -25,7 +25,7 @@ def run(study, name, cells):
         "domain.upper": [4.0 * size, 4.0 * size, height + 2.0 * size], "domain.cell_size": size,
         "bodies.0.shape.upper": [4.0 * size, 4.0 * size, height], "materials.solid.density": density,
         "materials.solid.bulk_modulus": bulk, "materials.solid.shear_modulus": shear,
-        "time.end": 8.0 * cells * height / wave_speed, "output.history_interval": 100})
+        "time.end": 12.0 * cells * height / wave_speed, "output.history_interval": 100})
 
 
 def layers(particles):
