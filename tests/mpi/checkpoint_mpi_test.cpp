@@ -43,7 +43,7 @@ class Checkpoint : public testing::Test {
   ParticleSet read(const std::string& file) {
     const GlobalIndex n = read_header(comm, file).n_particles;
     const GlobalIndex first = n * comm.rank() / comm.size(), last = n * (comm.rank() + 1) / comm.size();
-    ParticleSet particles(internal_variable_fields);
+    ParticleSet particles;
     read_checkpoint(comm, file, first, last - first, particles);
     return particles;
   }
@@ -94,7 +94,7 @@ TEST_F(Checkpoint, OneRankMayTakeEverything) {
 
 TEST_F(Checkpoint, RefusesSharesThatLeaveParticlesOut) {
   const std::string file = write(1, 100);
-  ParticleSet particles(internal_variable_fields);
+  ParticleSet particles;
   const std::string sentence =
       sentence_of<RunError>([&] { read_checkpoint(comm, file, 0, comm.is_root() ? 99 : 0, particles); });
   EXPECT_NE(sentence.find("do not make up the 100 particles"), std::string::npos) << sentence;
@@ -378,7 +378,7 @@ TEST_F(Checkpoint, ComparesById) {
   const std::string b = checkpoint_path(other.path(), 5);
   const auto write_other = [&](GlobalIndex n, const std::function<void(ParticleSet&)>& change) {
     // In descending order of id, all on the last rank.
-    ParticleSet particles(internal_variable_fields);
+    ParticleSet particles;
     particles.resize(comm.rank() == comm.size() - 1 ? static_cast<LocalIndex>(n) : 0);
     for (LocalIndex p = 0; p < particles.size(); ++p) fill_particle(particles, p, n - 1 - p);
     if (particles.size() > 0) change(particles);

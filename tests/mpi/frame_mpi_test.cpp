@@ -61,7 +61,7 @@ TEST_F(Frame, HoldsWhatTheSettingsSay) {
   EXPECT_EQ(file.integer("/", "step"), 17);
   EXPECT_EQ(file.real("/", "time"), 0.25);
   EXPECT_EQ(file.text("/", "materials"), "cream\npie");
-  EXPECT_EQ(file.members("/particles").size(), settings.fields.size() + 1);  // and the connectivity
+  EXPECT_EQ(file.members("/particles").size(), settings.fields.size() + 2);  // position and connectivity
 
   const ParticleSet particles = make_particles(0, 500);
   const auto id = whole_array<GlobalIndex>(file, "/particles/id");

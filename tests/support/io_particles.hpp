@@ -32,12 +32,9 @@ inline void fill_particle(ParticleSet& particles, LocalIndex p, GlobalIndex id) 
   particles.material()[p] = static_cast<std::uint8_t>(id % 2);
 }
 
-constexpr OptionalFields internal_variable_fields{Field::structure, Field::hardening, Field::plastic_volume_ratio,
-                                                  Field::viscous_left_cauchy_green};
-
-/// Particles with ids first .. first + n - 1 and all fields that files can hold.
+/// Particles with ids first .. first + n - 1.
 inline ParticleSet make_particles(GlobalIndex first, GlobalIndex n) {
-  ParticleSet particles(internal_variable_fields);
+  ParticleSet particles;
   particles.resize(static_cast<LocalIndex>(n));
   for (LocalIndex p = 0; p < particles.size(); ++p) fill_particle(particles, p, first + p);
   return particles;
