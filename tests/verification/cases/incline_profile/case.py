@@ -27,7 +27,7 @@ def main():
     study = Study("incline_profile", "Arrest on an incline",
                   "Thin layer at yield on a slope: `D = -H - ln(1 - H)` with `H = rho g h sin a / tau_c`, "
                   "`D = rho g d sin^2 a / (tau_c cos a)`; on the way there, the lubrication equation")
-    cells = (0.004, 0.00266666666666667, 0.002) if study.long else (0.004, 0.00266666666666667)
+    cells = (0.004, 0.00266666666666667, 0.0016) if study.long else (0.004, 0.00266666666666667)
     end = 8.0 if study.long else 4.0
     moving, rest, reach, found = [], [], [], {}
     for cell in cells:

@@ -19,7 +19,8 @@ def run(study, flow, cells):
         "domain.lower": [0.0, -side, -side], "domain.upper": [4.0 * size, side, side], "domain.cell_size": size,
         "bodies.0.shape.start": [0.0, *center], "bodies.0.shape.end": [4.0 * size, *center], "bodies.0.shape.radius": RADIUS,
         f"{wall}.start": [-1.0, *center], f"{wall}.end": [1.0, *center], f"{wall}.radius": RADIUS,
-        "materials.fluid.density": DENSITY, "gravity": [FORCE / DENSITY, 0.0, 0.0], **flow.fluid_sets()})
+        "materials.fluid.density": DENSITY, "gravity": [FORCE / DENSITY, 0.0, 0.0],
+        "time.end": 0.3 / min(1.0, 1.5 * flow.index), **flow.fluid_sets()})
 
 
 def main():
