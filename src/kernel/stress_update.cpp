@@ -186,7 +186,7 @@ Field field_of(Internal variable) {
 void set_internal_variables(const Material& material, std::uint8_t material_index, ParticleSet& particles) {
   std::visit(
       [&]<class Law>(const Law& law) {
-        if constexpr (n_internal < Law >> 0) {
+        if constexpr (InternalColumns<Law>::n != 0) {
           const InternalColumns<Law> internal(particles);
           const auto rest = state_at_rest(law);
           for (LocalIndex p = 0; p < particles.size(); ++p)

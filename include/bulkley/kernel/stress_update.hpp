@@ -13,9 +13,9 @@ namespace bulkley {
 /// Reads velocity gradient (field `gradient`: affine_velocity or velocity_gradient), left_cauchy_green, volume_ratio, the law's
 /// internal variables, reference_volume, id. Writes left_cauchy_green, volume_ratio, internal variables, kirchhoff_stress, and,
 /// where the law flows, plastic_shear_rate and plastic_dissipation. Merges into `bounds`: wave_speed, viscosity, stress_volume,
-/// smallest/largest_volume_ratio, n_not_finite, n_inverted, failed_id. A particle that fails (det(1 + dt L) <= 0, or a result that is not finite) is counted once and
-/// keeps its state. Other materials are not touched. The bits of a particle's result depend on that particle alone.
-/// Requires dt > 0. Not collective.
+/// smallest/largest_volume_ratio, n_not_finite, n_inverted, failed_id. A particle that fails (det(1 + dt L) <= 0, or a
+/// result that is not finite) is counted once and keeps its state. Other materials are not touched. The bits of a
+/// particle's result depend on that particle alone. Requires dt > 0. Not collective.
 void stress_update(const Material& material, std::uint8_t material_index, Field gradient, double dt, ParticleSet& particles,
                    StepBounds& bounds, ParticleBlock block = {});
 
@@ -31,10 +31,11 @@ void set_internal_variables(const Material& material, std::uint8_t material_inde
 /// The state of one particle, which must be of this law. Not collective.
 template <class Law>
 State<double, n_internal<Law>> particle_state(const Law&, const ParticleSet& particles, LocalIndex p) {
-  State<double, n_internal<Law>> state;
+  constexpr int n = n_internal<Law>;
+  State<double, n> state;
   for (int c = 0; c < 6; ++c) state.left_cauchy_green.c[c] = particles.real(Field::left_cauchy_green, c)[p];
   state.volume_ratio = particles.real(Field::volume_ratio)[p];
-  if constexpr (n_internal < Law >> 0) {
+  if constexpr (n > 0) {
     int k = 0;
     for (const Internal variable : Law::internal)
       for (int c = 0; c < n_components(variable); ++c) state.internal[k++] = particles.real(field_of(variable), c)[p];
