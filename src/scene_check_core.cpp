@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <numeric>
 
 #include "bulkley/base/error.hpp"
 #include "bulkley/scene.hpp"
@@ -10,8 +9,7 @@ namespace bulkley {
 namespace {
 
 GlobalIndex n_particles(const GridGeometry& grid, const std::vector<Body>& bodies) {
-  const std::vector<GlobalIndex> counts = count_particles(grid, bodies, 0, grid.n_tiles());
-  return std::accumulate(counts.begin(), counts.end(), GlobalIndex{0});
+  return count_particles(grid, bodies, 0, grid.n_tiles()).n_particles();
 }
 
 /// Whether bounds() is the smallest box, not just one that holds the shape.

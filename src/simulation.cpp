@@ -144,8 +144,9 @@ GlobalIndex Simulation::restore() {
   const GlobalIndex n = header.n_particles;
   const GlobalIndex first = n * comm_.rank() / comm_.size(), last = n * (comm_.rank() + 1) / comm_.size();
   read_checkpoint(comm_, file, first, last - first, particles);
-  Partition partition =
-      make_partition(scene_.grid, scene_.partition, present_load(comm_, scene_.grid, particles), comm_.size());
+  const auto n_materials = static_cast<int>(scene_.materials.size());
+  const TileCensus census = gather_census(comm_, take_census(scene_.grid, particles, n_materials));
+  Partition partition = first_partition(comm_, scene_, census, {});
   solver_ = std::make_unique<Solver>(comm_, physics_of(scene_), std::move(partition), std::move(particles), state_.bounds);
   last_checkpoint_ = file;
   checkpoint_step_ = state_.step;

@@ -9,6 +9,7 @@
 #include <set>
 #include <type_traits>
 
+#include "bulkley/domain/traffic.hpp"
 #include "bulkley/forecast.hpp"
 #include "bulkley/simulation_setup.hpp"
 
@@ -62,7 +63,7 @@ BodyForecast body_forecast(const Comm& comm, const Scene& scene, const Body& bod
   f.material = body.material;
   Scene alone = scene;
   alone.bodies = {body};
-  for (const GlobalIndex n : seeded_load(comm, alone)) f.n_particles += n;
+  f.n_particles = seeded_census(comm, alone).n_particles();
   const double dx = scene.grid.cell_size;
   f.mass = static_cast<double>(f.n_particles) * body.density * dx * dx * dx / body.particles_per_cell;
 
@@ -87,23 +88,19 @@ constexpr double dmda_bytes_per_node = 20.0;
 constexpr double library_bytes = 5.0e6;
 
 // Bytes by rank: particles with their work arrays, pool nodes, owned nodes, and the tables over all tiles.
-std::vector<double> memory_estimates(const Scene& scene, const Partition& partition, std::span<const GlobalIndex> load,
-                                     int n_ranks) {
+std::vector<double> memory_estimates(const Scene& scene, const Partition& partition,
+                                     const std::vector<RankTraffic>& traffic) {
   const ParticleSet sample(optional_fields(scene));
   // Particles, one column of scratch for sorting, cell and order of each.
   const double per_particle = static_cast<double>(sample.bytes_per_particle()) + 8.0 + 2.0 * sizeof(LocalIndex);
   const double vectors = scene.transfer.flip_fraction() > 0.0 ? 2.0 : 1.0;
   const double footprint = std::pow(footprint_width(scene.grid.order), 2);
-  const double tables = static_cast<double>(load.size()) * (sizeof(std::int32_t) + sizeof(GlobalIndex));
-  std::vector<double> bytes(static_cast<std::size_t>(n_ranks), library_bytes + tables);
-  for (std::size_t tile = 0; tile < load.size(); ++tile) {
-    if (load[tile] == 0) continue;
-    // A tile's own nodes and about half a layer more on each side; the counters of its cells; its row offsets.
-    const double nodes = std::pow(tile_width + 1.0, 3);
-    bytes[static_cast<std::size_t>(partition.worker[tile])] += per_particle * static_cast<double>(load[tile]) +
-                                                               vectors * sizeof(Node) * nodes +
-                                                               sizeof(LocalIndex) * (tile_nodes + footprint);
-  }
+  const double tables = static_cast<double>(scene.grid.n_tiles()) * sizeof(std::int32_t);
+  std::vector<double> bytes;
+  for (const RankTraffic& rank : traffic)
+    bytes.push_back(library_bytes + tables + per_particle * static_cast<double>(rank.n_particles) +
+                    vectors * sizeof(Node) * static_cast<double>(rank.n_pool_nodes) +
+                    sizeof(LocalIndex) * (tile_nodes + footprint) * static_cast<double>(rank.n_tiles));
   for (int i = 0; i < partition.n_ranks[0]; ++i)
     for (int j = 0; j < partition.n_ranks[1]; ++j)
       for (int k = 0; k < partition.n_ranks[2]; ++k) {
@@ -138,17 +135,23 @@ Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks) {
   }
   for (const NamedMaterial& material : scene.materials)
     if (!material.caveat.empty()) f.warnings.push_back(fmt::format("material '{}': {}", material.name, material.caveat));
-  const std::vector<GlobalIndex> load = seeded_load(comm, scene);
-  const Partition partition = make_partition(scene.grid, scene.partition, load, n_ranks);
-  f.process_grid = partition.n_ranks;
-  std::vector<GlobalIndex> share(static_cast<std::size_t>(n_ranks), 0);
-  for (std::size_t tile = 0; tile < load.size(); ++tile) {
-    share[static_cast<std::size_t>(partition.worker[tile])] += load[tile];
-    f.n_particles += load[tile];
-  }
-  f.largest_share = *std::max_element(share.begin(), share.end());
-  f.imbalance = imbalance(partition, load, n_ranks);
-  const std::vector<double> bytes = memory_estimates(scene, partition, load, n_ranks);
+  const TileCensus census = seeded_census(comm, scene);
+  f.n_particles = census.n_particles();
+  std::vector<GlobalIndex> share;
+  std::vector<double> bytes{0.0};
+  root_guard(comm, [&] {
+    const TileLoad load = tile_load(census, {});
+    PartitionNotes notes;
+    const Partition partition = make_partition(scene.grid, scene.partition, load, n_ranks, nullptr, {}, &notes);
+    f.warnings.insert(f.warnings.end(), notes.warnings.begin(), notes.warnings.end());
+    f.process_grid = partition.n_ranks;
+    f.method = notes.method;
+    const std::vector<RankTraffic> traffic = predict_traffic(scene.grid, partition, load);
+    for (const RankTraffic& rank : traffic) share.push_back(rank.n_particles);
+    f.largest_share = *std::max_element(share.begin(), share.end());
+    f.imbalance = imbalance(share);
+    bytes = memory_estimates(scene, partition, traffic);
+  });
   f.bytes_per_rank = *std::max_element(bytes.begin(), bytes.end());
   f.bytes_per_particle = std::accumulate(bytes.begin(), bytes.end(), 0.0) / static_cast<double>(f.n_particles);
 
@@ -168,7 +171,7 @@ Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks) {
                     "{:.4g} m/s; a "
                     "smaller bulk_modulus is enough while the Mach number stays below 0.1",
                     f.n_steps, many_steps, start.wave_speed.value));
-  if (n_ranks > 1 && f.largest_share > 0 && *std::min_element(share.begin(), share.end()) == 0)
+  if (comm.is_root() && n_ranks > 1 && f.largest_share > 0 && *std::min_element(share.begin(), share.end()) == 0)
     f.warnings.push_back(
         fmt::format("{} of {} ranks start without particles", std::count(share.begin(), share.end(), 0), n_ranks));
   return f;

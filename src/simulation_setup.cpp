@@ -1,5 +1,7 @@
 #include "bulkley/simulation_setup.hpp"
 
+#include <fmt/format.h>
+
 #include "bulkley/kernel/stress_update.hpp"
 
 namespace bulkley {
@@ -15,33 +17,23 @@ OptionalFields optional_fields(const Scene& scene) {
   return fields;
 }
 
-namespace {
-
-void sum_over_ranks(const Comm& comm, std::vector<GlobalIndex>& load) {
-  BULKLEY_MPI(MPI_Allreduce(MPI_IN_PLACE, load.data(), static_cast<int>(load.size()), MPI_INT64_T, MPI_SUM, comm.get()));
-}
-
-}  // namespace
-
-std::vector<GlobalIndex> seeded_load(const Comm& comm, const Scene& scene) {
+TileCensus seeded_census(const Comm& comm, const Scene& scene) {
   const TileIndex n_tiles = scene.grid.n_tiles();
-  std::vector<GlobalIndex> load(static_cast<std::size_t>(n_tiles), 0);
   const auto first = static_cast<TileIndex>(GlobalIndex{n_tiles} * comm.rank() / comm.size());
   const auto last = static_cast<TileIndex>(GlobalIndex{n_tiles} * (comm.rank() + 1) / comm.size());
-  collective_guard(comm, [&] {
-    const std::vector<GlobalIndex> share = count_particles(scene.grid, scene.bodies, first, last);
-    std::copy(share.begin(), share.end(), load.begin() + first);
-  });
-  sum_over_ranks(comm, load);
-  return load;
+  TileCensus share;
+  collective_guard(comm, [&] { share = count_particles(scene.grid, scene.bodies, first, last); });
+  return gather_census(comm, share);
 }
 
-std::vector<GlobalIndex> present_load(const Comm& comm, const GridGeometry& grid, const ParticleSet& particles) {
-  std::vector<GlobalIndex> load(static_cast<std::size_t>(grid.n_tiles()), 0);
-  for (LocalIndex p = 0; p < particles.size(); ++p)
-    ++load[static_cast<std::size_t>(grid.tile_of(particles.vector(Field::position, p)))];
-  sum_over_ranks(comm, load);
-  return load;
+Partition first_partition(const Comm& comm, const Scene& scene, const TileCensus& census, const CostModel& cost) {
+  Partition partition;
+  root_guard(comm, [&] {
+    PartitionNotes notes;
+    partition = make_partition(scene.grid, scene.partition, tile_load(census, cost), comm.size(), nullptr, cost, &notes);
+    for (const std::string& warning : notes.warnings) fmt::print(stderr, "warning: {}\n", warning);
+  });
+  return share_partition(comm, std::move(partition));
 }
 
 ParticleSet seed_share(const Comm& comm, const Scene& scene, const Partition& partition) {
@@ -56,7 +48,7 @@ ParticleSet seed_share(const Comm& comm, const Scene& scene, const Partition& pa
 }
 
 std::unique_ptr<Solver> start_solver(const Comm& comm, const Scene& scene) {
-  Partition partition = make_partition(scene.grid, scene.partition, seeded_load(comm, scene), comm.size());
+  Partition partition = first_partition(comm, scene, seeded_census(comm, scene), {});
   ParticleSet particles = seed_share(comm, scene, partition);
   return std::make_unique<Solver>(comm, physics_of(scene), std::move(partition), std::move(particles), std::nullopt);
 }

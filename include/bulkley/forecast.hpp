@@ -30,9 +30,10 @@ struct Forecast {
   std::vector<BodyForecast> bodies;
   GlobalIndex n_particles = 0;
   int n_ranks = 1;
-  Int3 process_grid{1, 1, 1};
-  double imbalance = 1.0;           ///< largest over mean particles per rank at the start
-  GlobalIndex largest_share = 0;    ///< particles of the fullest rank
+  PartitionMethod method = PartitionMethod::uniform;  ///< that divides the work at the start
+  Int3 process_grid{1, 1, 1};                         ///< of the grid's nodes
+  double imbalance = 1.0;                             ///< largest over mean particles per rank at the start
+  GlobalIndex largest_share = 0;                      ///< particles of the fullest rank
   double bytes_per_rank = 0.0;      ///< that the rank with most of them comes to occupy beyond the empty program
   double bytes_per_particle = 0.0;  ///< of all ranks together; NaN without particles
   TimeStepLimit limit{};            ///< at the start
@@ -46,7 +47,7 @@ inline constexpr double many_steps = 1e6;
 /// Wave speed of the undeformed material (T25), m/s. Not collective.
 double wave_speed_at_rest(const Material& material);
 
-/// Collective; nothing is run.
+/// Nothing is run. What the partition decides (shares, memory) is known on the root alone. Collective.
 Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks);
 
 }  // namespace bulkley

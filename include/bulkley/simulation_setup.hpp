@@ -15,11 +15,12 @@ Physics physics_of(const Scene& scene);
 /// The fields that the scene's particles have beside those that all have. Not collective.
 OptionalFields optional_fields(const Scene& scene);
 
-/// Particles per tile of the scene's bodies; each rank counts a share of the tiles. Collective.
-std::vector<GlobalIndex> seeded_load(const Comm& comm, const Scene& scene);
+/// What the tiles hold at the scene's start, on the root, empty elsewhere; each rank counts a share of the tiles. Collective.
+TileCensus seeded_census(const Comm& comm, const Scene& scene);
 
-/// Particles per tile of particles that any rank may hold; positions inside the domain. Collective.
-std::vector<GlobalIndex> present_load(const Comm& comm, const GridGeometry& grid, const ParticleSet& particles);
+/// The scene's partition of `census` (the root's counts) for as many ranks as there are, on every rank; warnings on the root's
+/// stderr. Throws UsageError. Collective.
+Partition first_partition(const Comm& comm, const Scene& scene, const TileCensus& census, const CostModel& cost);
 
 /// The particles of the tiles that `partition` gives to this rank. Collective.
 ParticleSet seed_share(const Comm& comm, const Scene& scene, const Partition& partition);

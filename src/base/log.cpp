@@ -8,6 +8,7 @@
 #include <map>
 #include <sstream>
 
+#include "bulkley/base/gather.hpp"
 #include "bulkley/base/petsc.hpp"
 
 namespace bulkley {
@@ -25,17 +26,8 @@ PetscLogEvent event_named(const std::string& name) {
 
 // The texts of all ranks on the root, each ended by a zero byte; empty elsewhere. `text` may hold zero bytes itself.
 std::string gather_text(const Comm& comm, const std::string& text) {
-  const int size = static_cast<int>(text.size());
-  std::vector<int> sizes(comm.is_root() ? comm.size() : 0), starts(sizes.size());
-  BULKLEY_MPI(MPI_Gather(&size, 1, MPI_INT, sizes.data(), 1, MPI_INT, 0, comm.get()));
-  int total = 0;
-  for (std::size_t r = 0; r < sizes.size(); ++r) {
-    starts[r] = total;
-    total += sizes[r];
-  }
-  std::string all(static_cast<std::size_t>(total), '\0');
-  BULKLEY_MPI(MPI_Gatherv(text.data(), size, MPI_CHAR, all.data(), sizes.data(), starts.data(), MPI_CHAR, 0, comm.get()));
-  return all;
+  const std::vector<char> all = gather_values(comm, std::vector<char>(text.begin(), text.end()));
+  return {all.begin(), all.end()};
 }
 
 }  // namespace

@@ -84,7 +84,9 @@ void Exchange::add(const Node* pool, Node* owned) {
   for (const Piece& piece : again_)
     for (LocalIndex n = 0; n < piece.count; ++n)
       for (int c = 0; c < 4; ++c) owned[piece.owned + n].c[c] += pool[piece.pool + n].c[c];
+  const double begin = MPI_Wtime();
   BULKLEY_PETSC(PetscSFReduceEnd(sf_.get(), node_type_, pool, owned, MPI_SUM));
+  seconds_waiting_ += MPI_Wtime() - begin;
 }
 
 void Exchange::get(const Node* owned, Node* pool) {
@@ -92,7 +94,9 @@ void Exchange::get(const Node* owned, Node* pool) {
   for (const std::vector<Piece>* pieces : {&first_, &again_})
     for (const Piece& piece : *pieces) std::copy_n(owned + piece.owned, piece.count, pool + piece.pool);
   for (const PoolPiece& piece : beyond_) std::fill_n(pool + piece.pool, piece.count, Node{});
+  const double begin = MPI_Wtime();
   BULKLEY_PETSC(PetscSFBcastEnd(sf_.get(), node_type_, owned, pool, MPI_REPLACE));
+  seconds_waiting_ += MPI_Wtime() - begin;
 }
 
 }  // namespace bulkley

@@ -3,297 +3,209 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <numeric>
+#include <limits>
+#include <map>
 
-#include "bulkley/base/error.hpp"
+#include "bulkley/base/gather.hpp"
+#include "bulkley/domain/traffic.hpp"
+#include "diffusion.hpp"
+#include "graph_parts.hpp"
+#include "hilbert.hpp"
+#include "ranges.hpp"
 
 namespace bulkley {
 
 namespace {
 
-using Cuts = std::vector<int>;  // first tile of each process along one axis, and one past the last tile
+constexpr double even_enough = 1.02;  // largest over mean load at which moving tiles stops
 
-// Sums of a load over boxes of tiles in constant time (summed-area table).
-class LoadTable {
- public:
-  LoadTable(const Int3& n_tiles, std::span<const GlobalIndex> load)
-      : n_(n_tiles), sums_(static_cast<std::size_t>(n_[0] + 1) * (n_[1] + 1) * (n_[2] + 1), 0) {
-    std::size_t tile = 0;
-    for (int x = 0; x < n_[0]; ++x)
-      for (int y = 0; y < n_[1]; ++y) {
-        GlobalIndex row = 0;
-        for (int z = 0; z < n_[2]; ++z) {
-          row += load[tile++];
-          sums_[at(x + 1, y + 1, z + 1)] =
-              row + sums_[at(x, y + 1, z + 1)] + sums_[at(x + 1, y, z + 1)] - sums_[at(x, y, z + 1)];
+// Ranges stay until the boxes are this much more uneven than when they were cut.
+constexpr double ranges_slack = 1.2;
+
+// Numbers the parts so that, greedily, most load stays with the rank that has it (`worker` by TileIndex).
+std::vector<std::int32_t> relabelled(const TileLoad& load, const std::vector<std::int32_t>& part,
+                                     const std::vector<std::int32_t>& worker, int n_ranks) {
+  std::map<std::pair<std::int32_t, std::int32_t>, GlobalIndex> overlap;  // of {part, rank}
+  for (std::size_t t = 0; t < load.size(); ++t)
+    overlap[{part[t], worker[static_cast<std::size_t>(load.tile[t])]}] += load.weight[t];
+  std::vector<std::pair<GlobalIndex, std::pair<std::int32_t, std::int32_t>>> order;
+  for (const auto& [pair, weight] : overlap) order.emplace_back(-weight, pair);
+  std::sort(order.begin(), order.end());
+
+  std::vector<std::int32_t> rank_of(static_cast<std::size_t>(n_ranks), -1);
+  std::vector<bool> taken(static_cast<std::size_t>(n_ranks), false);
+  for (const auto& [weight, pair] : order) {
+    const auto [p, rank] = pair;
+    if (rank_of[static_cast<std::size_t>(p)] >= 0 || taken[static_cast<std::size_t>(rank)]) continue;
+    rank_of[static_cast<std::size_t>(p)] = rank;
+    taken[static_cast<std::size_t>(rank)] = true;
+  }
+  std::int32_t free = 0;
+  for (std::int32_t& rank : rank_of) {
+    if (rank >= 0) continue;
+    while (taken[static_cast<std::size_t>(free)]) ++free;
+    rank = free++;
+  }
+  std::vector<std::int32_t> result(part.size());
+  for (std::size_t t = 0; t < part.size(); ++t) result[t] = rank_of[static_cast<std::size_t>(part[t])];
+  return result;
+}
+
+// Workers of all tiles from those of the loaded ones: an empty tile joins the first neighbour by a face that has a worker, layer
+// by layer. Without any load `otherwise` stays.
+std::vector<std::int32_t> spread(const GridGeometry& grid, const TileLoad& load, const std::vector<std::int32_t>& part,
+                                 const std::vector<std::int32_t>& otherwise) {
+  if (load.size() == 0) return otherwise;
+  std::vector<std::int32_t> worker(static_cast<std::size_t>(grid.n_tiles()), -1);
+  std::vector<TileIndex> layer = load.tile, next;
+  for (std::size_t t = 0; t < load.size(); ++t) worker[static_cast<std::size_t>(load.tile[t])] = part[t];
+  while (!layer.empty()) {
+    next.clear();
+    for (const TileIndex tile : layer) {
+      const Int3 here = grid.tile_coordinates(tile);
+      for (int axis = 0; axis < 3; ++axis)
+        for (const int d : {-1, 1}) {
+          Int3 step{0, 0, 0};
+          step[axis] = d;
+          const TileIndex there = grid.neighbour(here, step);
+          if (there < 0 || worker[static_cast<std::size_t>(there)] >= 0) continue;
+          worker[static_cast<std::size_t>(there)] = worker[static_cast<std::size_t>(tile)];
+          next.push_back(there);
         }
-      }
-  }
-
-  const Int3& n_tiles() const { return n_; }
-  GlobalIndex total() const { return sums_.back(); }
-
-  GlobalIndex box(const Int3& a, const Int3& b) const {
-    return sums_[at(b[0], b[1], b[2])] - sums_[at(a[0], b[1], b[2])] - sums_[at(b[0], a[1], b[2])] -
-           sums_[at(b[0], b[1], a[2])] + sums_[at(a[0], a[1], b[2])] + sums_[at(a[0], b[1], a[2])] +
-           sums_[at(b[0], a[1], a[2])] - sums_[at(a[0], a[1], a[2])];
-  }
-
- private:
-  std::size_t at(int x, int y, int z) const { return (static_cast<std::size_t>(x) * (n_[1] + 1) + y) * (n_[2] + 1) + z; }
-  Int3 n_;
-  std::vector<GlobalIndex> sums_;
-};
-
-struct Candidate {
-  Int3 n_ranks{1, 1, 1};
-  std::array<Cuts, 3> cuts;
-  GlobalIndex largest_load = 0;
-  GlobalIndex surface = 0;  // nodes on the cut planes
-};
-
-// Loads of layers of tiles across one axis, each in the columns that the cuts of the other two axes make.
-struct Layers {
-  int n_layers = 0;
-  int n_columns = 0;
-  std::vector<GlobalIndex> load;  // [layer * n_columns + column]
-
-  // Layers from `from` in direction `step` until some column would exceed `bound` or the next layer were `stop`;
-  // returns the first layer that is not taken.
-  int take(int from, int stop, int step, GlobalIndex bound) const {
-    std::vector<GlobalIndex> filled(n_columns, 0);
-    int layer = from;
-    for (; layer != stop; layer += step)
-      for (int c = 0; c < n_columns; ++c) {
-        filled[c] += load[static_cast<std::size_t>(layer) * n_columns + c];
-        if (filled[c] > bound) return layer;
-      }
-    return layer;
-  }
-};
-
-// Whether n_parts runs of at least one layer exist that do not exceed `bound` in any column: filled greedily.
-bool divides(const Layers& layers, int n_parts, GlobalIndex bound, Cuts& cuts) {
-  cuts.assign(1, 0);
-  for (int part = 1; part <= n_parts; ++part) {
-    const int stop = layers.n_layers - (n_parts - part);  // a layer is left for every later part
-    cuts.push_back(layers.take(cuts.back(), stop, 1, bound));
-    if (cuts[part] == cuts[part - 1]) return false;
-  }
-  return cuts.back() == layers.n_layers;
-}
-
-// Cuts whose largest load is as small as it can be, found by bisection of that load.
-Cuts smallest_load_cuts(const Layers& layers, int n_parts) {
-  std::vector<GlobalIndex> totals(layers.n_columns, 0);
-  for (std::size_t n = 0; n < layers.load.size(); ++n) totals[n % layers.n_columns] += layers.load[n];
-  GlobalIndex high = *std::max_element(totals.begin(), totals.end());  // divides always
-  GlobalIndex low = high / n_parts - 1;                                // less than the mean: divides never
-  Cuts cuts;
-  while (high - low > 1) {
-    const GlobalIndex middle = low + (high - low) / 2;
-    (divides(layers, n_parts, middle, cuts) ? high : low) = middle;
-  }
-  divides(layers, n_parts, high, cuts);
-  return cuts;
-}
-
-// Cuts as near to `wanted` as they can be without exceeding `bound`. Precondition: some cuts do not exceed it.
-Cuts nearest_cuts(const Layers& layers, const Cuts& wanted, GlobalIndex bound) {
-  const int n_parts = static_cast<int>(wanted.size()) - 1;
-  Cuts lowest(wanted.size());  // below it, the parts to the right could not hold the rest
-  lowest[n_parts] = layers.n_layers;
-  for (int part = n_parts - 1; part > 0; --part) lowest[part] = layers.take(lowest[part + 1] - 1, part - 1, -1, bound) + 1;
-  Cuts cuts{0};
-  for (int part = 1; part < n_parts; ++part) {
-    const int low = std::max(lowest[part], cuts.back() + 1);
-    const int high = layers.take(cuts.back(), layers.n_layers - (n_parts - part), 1, bound);
-    cuts.push_back(std::clamp(wanted[part], low, high));
-  }
-  cuts.push_back(layers.n_layers);
-  return cuts;
-}
-
-Layers layers_across(int axis, const LoadTable& table, const std::array<Cuts, 3>& cuts) {
-  const int b = (axis + 1) % 3, c = (axis + 2) % 3;
-  Layers layers;
-  layers.n_layers = table.n_tiles()[axis];
-  layers.n_columns = static_cast<int>((cuts[b].size() - 1) * (cuts[c].size() - 1));
-  layers.load.reserve(static_cast<std::size_t>(layers.n_layers) * layers.n_columns);
-  Int3 from, to;
-  for (int layer = 0; layer < table.n_tiles()[axis]; ++layer)
-    for (std::size_t p = 0; p + 1 < cuts[b].size(); ++p)
-      for (std::size_t q = 0; q + 1 < cuts[c].size(); ++q) {
-        from[axis] = layer, to[axis] = layer + 1;
-        from[b] = cuts[b][p], to[b] = cuts[b][p + 1];
-        from[c] = cuts[c][q], to[c] = cuts[c][q + 1];
-        layers.load.push_back(table.box(from, to));
-      }
-  return layers;
-}
-
-GlobalIndex largest_load(const LoadTable& table, const std::array<Cuts, 3>& cuts) {
-  GlobalIndex largest = 0;
-  for (std::size_t i = 0; i + 1 < cuts[0].size(); ++i)
-    for (std::size_t j = 0; j + 1 < cuts[1].size(); ++j)
-      for (std::size_t k = 0; k + 1 < cuts[2].size(); ++k)
-        largest = std::max(
-            largest, table.box({cuts[0][i], cuts[1][j], cuts[2][k]}, {cuts[0][i + 1], cuts[1][j + 1], cuts[2][k + 1]}));
-  return largest;
-}
-
-Cuts equal_cuts(int n_tiles, int n_parts) {
-  Cuts cuts(n_parts + 1);
-  for (int part = 0; part <= n_parts; ++part)
-    cuts[part] = static_cast<int>(static_cast<GlobalIndex>(n_tiles) * part / n_parts);
-  return cuts;
-}
-
-// Each axis by itself first, then one axis after the other given the cuts of the other two, while that helps. Last, the
-// cuts move towards equal parts as far as the largest load allows with 2 % more: an owner's memory is its nodes, not its
-// particles.
-std::array<Cuts, 3> balanced_cuts(const LoadTable& table, const Int3& n_ranks) {
-  const Int3& n_tiles = table.n_tiles();
-  const std::array<Cuts, 3> whole{Cuts{0, n_tiles[0]}, Cuts{0, n_tiles[1]}, Cuts{0, n_tiles[2]}};
-  std::array<Cuts, 3> cuts;
-  for (int axis = 0; axis < 3; ++axis) cuts[axis] = smallest_load_cuts(layers_across(axis, table, whole), n_ranks[axis]);
-
-  GlobalIndex largest = largest_load(table, cuts);
-  for (bool improved = true; improved;) {
-    improved = false;
-    for (int axis = 0; axis < 3; ++axis) {
-      std::array<Cuts, 3> trial = cuts;
-      trial[axis] = smallest_load_cuts(layers_across(axis, table, cuts), n_ranks[axis]);
-      const GlobalIndex trial_largest = largest_load(table, trial);
-      if (trial_largest >= largest) continue;
-      cuts = std::move(trial);
-      largest = trial_largest;
-      improved = true;
     }
+    layer.swap(next);
   }
-  for (int axis = 0; axis < 3; ++axis)
-    cuts[axis] =
-        nearest_cuts(layers_across(axis, table, cuts), equal_cuts(n_tiles[axis], n_ranks[axis]), largest + largest / 50);
-  return cuts;
+  return worker;
 }
 
-GlobalIndex cut_surface(const GridGeometry& grid, const Int3& n_ranks) {
-  GlobalIndex surface = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    const int n_cuts = n_ranks[axis] > 1 && grid.periodic[axis] ? n_ranks[axis] : n_ranks[axis] - 1;
-    surface += static_cast<GlobalIndex>(n_cuts) * grid.n_nodes((axis + 1) % 3) * grid.n_nodes((axis + 2) % 3);
+std::vector<std::int32_t> parts_of(const Partition& partition, const TileLoad& load) {
+  std::vector<std::int32_t> part;
+  part.reserve(load.size());
+  for (const TileIndex tile : load.tile) part.push_back(partition.worker[static_cast<std::size_t>(tile)]);
+  return part;
+}
+
+// The parts by one of the two methods that do not cut boxes.
+std::vector<std::int32_t> free_parts(const GridGeometry& grid, const TileLoad& load, int n_ranks, PartitionNotes& notes) {
+  if (notes.method == PartitionMethod::metis) {
+    const TileGraph graph = tile_graph(grid, load);
+    std::string fault;
+    if (auto part = graph_parts(graph, load, n_ranks, fault))
+      return diffused(graph, load, std::move(*part), n_ranks, even_enough);
+    notes.method = PartitionMethod::hilbert;
+    notes.warnings.push_back(fmt::format("METIS cannot divide the tiles ({}); they are cut along a Hilbert curve", fault));
   }
-  return surface;
+  return hilbert_parts(grid, load, n_ranks);
 }
 
-// Many parts along x and few along z come first, and are taken when all else is equal: what falls and spreads on a floor moves
-// from rank to rank where z is cut, and the balance is lost.
-std::vector<Candidate> candidates(const GridGeometry& grid, const LoadTable& table, PartitionMethod method, int n_ranks) {
-  std::vector<Candidate> result;
-  for (int px = n_ranks; px >= 1; --px) {
-    if (n_ranks % px != 0 || px > table.n_tiles()[0]) continue;
-    for (int py = n_ranks / px; py >= 1; --py) {
-      const int pz = n_ranks / px / py;
-      if (n_ranks / px % py != 0 || py > table.n_tiles()[1] || pz > table.n_tiles()[2]) continue;
-      Candidate c;
-      c.n_ranks = {px, py, pz};
-      if (method == PartitionMethod::uniform)
-        for (int axis = 0; axis < 3; ++axis) c.cuts[axis] = equal_cuts(table.n_tiles()[axis], c.n_ranks[axis]);
-      else
-        c.cuts = balanced_cuts(table, c.n_ranks);
-      c.largest_load = largest_load(table, c.cuts);
-      c.surface = cut_surface(grid, c.n_ranks);
-      result.push_back(std::move(c));
-    }
-  }
-  return result;
-}
-
-const Candidate& best_of(const std::vector<Candidate>& all) {
-  GlobalIndex smallest = all.front().largest_load;
-  for (const Candidate& c : all) smallest = std::min(smallest, c.largest_load);
-  const Candidate* best = nullptr;
-  for (const Candidate& c : all) {
-    if (c.largest_load > smallest + smallest / 20) continue;
-    if (!best || c.surface < best->surface || (c.surface == best->surface && c.largest_load < best->largest_load)) best = &c;
-  }
-  return *best;
-}
-
-// Tiles along the axis between which cuts may go. A node just behind a wall and its image in front of it stay with one owner:
-// where they lie in different tiles, which can only happen at the upper face, the last two tiles are never cut apart. No
-// particle belongs to the last one then.
-int n_divisible(const GridGeometry& grid, int axis) {
-  const int behind = grid.n_cells[axis] + grid.node_offset(axis) + 1;
-  const bool apart = !grid.periodic[axis] && behind / tile_width != (behind - 2) / tile_width;
-  return grid.n_tiles(axis) - (apart ? 1 : 0);
-}
-
-// Loads with the last layer of tiles added to the one before it, where the two may not be cut apart.
-std::vector<GlobalIndex> joined(const GridGeometry& grid, const Int3& n_divisible, std::span<const GlobalIndex> load) {
-  std::vector<GlobalIndex> result(static_cast<std::size_t>(n_divisible[0]) * n_divisible[1] * n_divisible[2], 0);
-  for (TileIndex tile = 0; tile < grid.n_tiles(); ++tile) {
-    Int3 at = grid.tile_coordinates(tile);
-    for (int axis = 0; axis < 3; ++axis) at[axis] = std::min(at[axis], n_divisible[axis] - 1);
-    result[(static_cast<std::size_t>(at[0]) * n_divisible[1] + at[1]) * n_divisible[2] + at[2]] += load[tile];
-  }
-  return result;
-}
-
-// What a tile costs: its particles, plus a constant that is about 1 % of the particles when summed over all tiles.
-std::vector<GlobalIndex> tile_weights(PartitionMethod method, std::span<const GlobalIndex> load) {
-  std::vector<GlobalIndex> weights(load.size(), 1);
-  if (method == PartitionMethod::uniform) return weights;
-  const GlobalIndex total = std::accumulate(load.begin(), load.end(), GlobalIndex{0});
-  if (total == 0) return weights;
-  const GlobalIndex scale = (100 * static_cast<GlobalIndex>(load.size()) + total - 1) / total;
-  for (std::size_t tile = 0; tile < load.size(); ++tile) weights[tile] += scale * load[tile];
-  return weights;
+// The boxes of nodes: those of `present` while they will do.
+Partition boxes_for(const GridGeometry& grid, const TileLoad& load, int n_ranks, const Partition* present) {
+  if (!present || owner_imbalance(grid, *present, load) > ranges_slack * present->owner_imbalance)
+    return cut_ranges(grid, false, load, n_ranks);
+  Partition boxes = *present;
+  boxes.worker = node_owners(grid, boxes);
+  return boxes;
 }
 
 }  // namespace
 
-Partition make_partition(const GridGeometry& grid, const PartitionSettings& settings, std::span<const GlobalIndex> load,
-                         int n_ranks) {
-  const Int3 n_tiles{grid.n_tiles(0), grid.n_tiles(1), grid.n_tiles(2)};
-  BULKLEY_ASSERT(load.size() == static_cast<std::size_t>(grid.n_tiles()));
-  const Int3 divisible{n_divisible(grid, 0), n_divisible(grid, 1), n_divisible(grid, 2)};
-  const LoadTable table(divisible, joined(grid, divisible, tile_weights(settings.method, load)));
-  const std::vector<Candidate> all = candidates(grid, table, settings.method, n_ranks);
-  if (all.empty())
-    throw UsageError(
-        fmt::format("the grid has {} x {} x {} tiles of {} nodes per axis, too few to give each of {} ranks "
-                    "a box of them; use another number of ranks or a finer grid",
-                    n_tiles[0], n_tiles[1], n_tiles[2], tile_width, n_ranks));
-  Candidate best = best_of(all);
-  for (int axis = 0; axis < 3; ++axis) best.cuts[axis].back() = n_tiles[axis];
-
-  Partition partition;
-  partition.n_ranks = best.n_ranks;
-  for (int axis = 0; axis < 3; ++axis) {
-    for (int part = 0; part < best.n_ranks[axis]; ++part)
-      partition.nodes[axis].push_back((best.cuts[axis][part + 1] - best.cuts[axis][part]) * tile_width);
-    partition.nodes[axis].back() -= n_tiles[axis] * tile_width - grid.n_nodes(axis);
+Partition make_partition(const GridGeometry& grid, const PartitionSettings& settings, const TileLoad& load, int n_ranks,
+                         const Partition* present, const CostModel& cost, PartitionNotes* notes) {
+  PartitionNotes unread;
+  PartitionNotes& note = notes ? *notes : unread;
+  note = {settings.method, {}};
+  if (settings.method == PartitionMethod::uniform || settings.method == PartitionMethod::ranges || n_ranks == 1) {
+    note.method = settings.method == PartitionMethod::uniform ? settings.method : PartitionMethod::ranges;
+    return cut_ranges(grid, note.method == PartitionMethod::uniform, load, n_ranks);
   }
-  partition.worker.resize(static_cast<std::size_t>(grid.n_tiles()));
-  const auto& cuts = best.cuts;
-  for (int i = 0; i < best.n_ranks[0]; ++i)
-    for (int j = 0; j < best.n_ranks[1]; ++j)
-      for (int k = 0; k < best.n_ranks[2]; ++k)
-        for (int x = cuts[0][i]; x < cuts[0][i + 1]; ++x)
-          for (int y = cuts[1][j]; y < cuts[1][j + 1]; ++y)
-            for (int z = cuts[2][k]; z < cuts[2][k + 1]; ++z)
-              partition.worker[grid.tile_index({x, y, z})] = partition.rank_of({i, j, k});
+  const Partition boxes = boxes_for(grid, load, n_ranks, present);
+  const std::vector<std::int32_t>& before = present ? present->worker : boxes.worker;
+  const auto by = [&](PartitionMethod method) {
+    note.method = method;
+    Partition partition = boxes;
+    partition.worker =
+        spread(grid, load, relabelled(load, free_parts(grid, load, n_ranks, note), before, n_ranks), boxes.worker);
+    return partition;
+  };
+  if (settings.method != PartitionMethod::automatic) return by(settings.method);
+
+  // The owners as workers need the least communication, METIS less than the curve, the curve is evenest.
+  Partition best = boxes;
+  PartitionMethod best_method = PartitionMethod::ranges;
+  double fastest = predicted_step(predict_traffic(grid, best, load), cost);
+  for (const PartitionMethod method : {PartitionMethod::metis, PartitionMethod::hilbert}) {
+    Partition trial = by(method);
+    if (note.method != method) continue;  // METIS could not, and the curve comes next
+    const double time = predicted_step(predict_traffic(grid, trial, load), cost);
+    if (time >= fastest) continue;
+    fastest = time;
+    best = std::move(trial);
+    best_method = method;
+  }
+  note = {best_method, {}};
+  return best;
+}
+
+Partition rebalanced(const GridGeometry& grid, const TileLoad& load, const Partition& present) {
+  Partition result = present;
+  result.worker =
+      spread(grid, load, diffused(tile_graph(grid, load), load, parts_of(present, load), present.size(), even_enough),
+             present.worker);
+  return result;
+}
+
+std::vector<std::int32_t> node_owners(const GridGeometry& grid, const Partition& partition) {
+  std::array<std::vector<int>, 3> process;  // along each axis, by tile
+  for (int axis = 0; axis < 3; ++axis)
+    for (std::size_t p = 0; p < partition.nodes[axis].size(); ++p)
+      process[axis].insert(process[axis].end(), (partition.nodes[axis][p] + tile_width - 1) / tile_width,
+                           static_cast<int>(p));
+  std::vector<std::int32_t> owner;
+  owner.reserve(static_cast<std::size_t>(grid.n_tiles()));
+  for (const int x : process[0])
+    for (const int y : process[1])
+      for (const int z : process[2]) owner.push_back(partition.rank_of({x, y, z}));
+  return owner;
+}
+
+Partition share_partition(const Comm& comm, Partition partition) {
+  std::vector<GlobalIndex> sizes{partition.n_ranks[0], partition.n_ranks[1], partition.n_ranks[2],
+                                 static_cast<GlobalIndex>(partition.worker.size())};
+  broadcast_values(comm, sizes);
+  for (int axis = 0; axis < 3; ++axis) {
+    partition.n_ranks[axis] = static_cast<int>(sizes[static_cast<std::size_t>(axis)]);
+    partition.nodes[axis].resize(static_cast<std::size_t>(partition.n_ranks[axis]));
+    broadcast_values(comm, partition.nodes[axis]);
+  }
+  partition.worker.resize(static_cast<std::size_t>(sizes[3]));
+  broadcast_values(comm, partition.worker);
+  std::vector<double> rest{partition.owner_imbalance};
+  broadcast_values(comm, rest);
+  partition.owner_imbalance = rest[0];
   return partition;
 }
 
-double imbalance(const Partition& partition, std::span<const GlobalIndex> load, int n_ranks) {
-  std::vector<GlobalIndex> of_rank(n_ranks, 0);
-  for (std::size_t tile = 0; tile < load.size(); ++tile) of_rank[partition.worker[tile]] += load[tile];
-  const GlobalIndex total = std::accumulate(of_rank.begin(), of_rank.end(), GlobalIndex{0});
+std::vector<GlobalIndex> rank_loads(const Partition& partition, const TileLoad& load, int n_ranks) {
+  std::vector<GlobalIndex> of_rank(static_cast<std::size_t>(n_ranks), 0);
+  for (std::size_t t = 0; t < load.size(); ++t)
+    of_rank[static_cast<std::size_t>(partition.worker[static_cast<std::size_t>(load.tile[t])])] += load.weight[t];
+  return of_rank;
+}
+
+double imbalance(const std::vector<GlobalIndex>& values) {
+  const GlobalIndex total = std::accumulate(values.begin(), values.end(), GlobalIndex{0});
   if (total == 0) return 1.0;
-  const GlobalIndex largest = *std::max_element(of_rank.begin(), of_rank.end());
-  return static_cast<double>(largest) * n_ranks / static_cast<double>(total);
+  return static_cast<double>(*std::max_element(values.begin(), values.end())) * static_cast<double>(values.size()) /
+         static_cast<double>(total);
+}
+
+GlobalIndex n_moved(const Partition& from, const Partition& to, const TileLoad& load) {
+  GlobalIndex n = 0;
+  for (std::size_t t = 0; t < load.size(); ++t) {
+    const auto tile = static_cast<std::size_t>(load.tile[t]);
+    if (from.worker[tile] != to.worker[tile]) n += load.count[t];
+  }
+  return n;
 }
 
 }  // namespace bulkley

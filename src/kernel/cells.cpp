@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <numeric>
 
 #include "batch.hpp"
@@ -153,46 +154,103 @@ LocalIndex CellMap::largest_count() const { return count.empty() ? 0 : *std::max
   map.n_jumps += n_jumps;
 }
 
-[[gnu::flatten]] std::vector<TileIndex> tiles_in_reach(const GridGeometry& grid, const ParticleSet& particles) {
-  // One bit for each base node of a tile.
-  const CellFrame frame(grid);
-  const Int3 n_tiles{grid.n_tiles(0), grid.n_tiles(1), grid.n_tiles(2)};
-  std::vector<std::uint64_t> occupied(static_cast<std::size_t>(grid.n_tiles()), 0);
-  const FieldColumns<3> position(particles, Field::position);
-  for (LocalIndex first = 0; first < particles.size(); first += n_lanes) {
-    const Place place = place_of(frame, n_tiles, position, first);
-    for (int lane = 0; lane < std::min<LocalIndex>(n_lanes, particles.size() - first); ++lane)
-      occupied[static_cast<std::size_t>(place.tile[lane])] |= std::uint64_t{1} << static_cast<int>(place.local[lane]);
-  }
+namespace {
 
-  // Another tile can be reached only from a cell at the tile's edge: edge[a][d + 1] are the cells from which a step d along
-  // axis a is enough, all of them for d = 0.
-  std::uint64_t edge[3][3] = {};
-  for (int n = 0; n < tile_nodes; ++n) {
-    const int at[3] = {n / (tile_width * tile_width), n / tile_width % tile_width, n % tile_width};
-    for (int a = 0; a < 3; ++a)
-      for (int d = -1; d <= 1; ++d)
-        if (d == 0 || at[a] == (d < 0 ? 0 : tile_width - 1)) edge[a][d + 1] |= std::uint64_t{1} << n;
-  }
-  std::vector<TileIndex> tiles;
-  for (TileIndex tile = 0; tile < grid.n_tiles(); ++tile) {
-    const std::uint64_t cells = occupied[static_cast<std::size_t>(tile)];
-    if (cells == 0) continue;
-    const Int3 here = grid.tile_coordinates(tile);
-    for (int d = 0; d < 27; ++d) {
-      const Int3 step{d / 9 - 1, d / 3 % 3 - 1, d % 3 - 1};
-      if ((cells & edge[0][step[0] + 1] & edge[1][step[1] + 1] & edge[2][step[2] + 1]) == 0) continue;
-      Int3 there;
-      bool exists = true;
-      for (int a = 0; a < 3; ++a) {
-        const int n = n_tiles[a];
-        there[a] = here[a] + step[a];
-        if (grid.periodic[a]) there[a] = (there[a] + n) % n;
-        exists = exists && there[a] >= 0 && there[a] < n;
+// The tiles between two corners, where a table over all tiles of the grid would be wasteful.
+struct TileBox {
+  Int3 first, size{0, 0, 0};
+
+  std::size_t volume() const { return static_cast<std::size_t>(size[0]) * size[1] * size[2]; }
+};
+
+// Smallest box that holds the tiles of the particles.
+[[gnu::flatten]] TileBox tiles_around(const CellFrame& frame, const ParticleSet& particles) {
+  const FieldColumns<3> position(particles, Field::position);
+  TileBox box;
+  for (int a = 0; a < 3; ++a) {
+    double low = std::numeric_limits<double>::max(), high = -1.0;
+    for (LocalIndex first = 0; first < particles.size(); first += n_lanes) {
+      const Pack base = frame.base_node(a, position(first, a));
+      for (int lane = 0; lane < std::min<LocalIndex>(n_lanes, particles.size() - first); ++lane) {
+        low = std::min(low, base[lane]);
+        high = std::max(high, base[lane]);
       }
-      if (exists) tiles.push_back(grid.tile_index(there));
+    }
+    box.first[a] = static_cast<int>(low) / tile_width;
+    box.size[a] = static_cast<int>(high) / tile_width - box.first[a] + 1;
+  }
+  return box;
+}
+
+}  // namespace
+
+[[gnu::flatten]] TileCensus take_census(const GridGeometry& grid, const ParticleSet& particles, int n_materials) {
+  TileCensus census;
+  census.n_materials = n_materials;
+  if (particles.size() == 0) return census;
+  const CellFrame frame(grid);
+  const TileBox box = tiles_around(frame, particles);
+  const TileIndex corner = (box.first[0] * box.size[1] + box.first[1]) * box.size[2] + box.first[2];
+  std::vector<std::uint64_t> cells(box.volume(), 0);
+  std::vector<LocalIndex> count(box.volume() * static_cast<std::size_t>(n_materials), 0);
+  const FieldColumns<3> position(particles, Field::position);
+  const std::uint8_t* const material = particles.material();
+  for (LocalIndex first = 0; first < particles.size(); first += n_lanes) {
+    const Place place = place_of(frame, box.size, position, first);
+    TileIndex tile[n_lanes];
+    std::int32_t local[n_lanes];
+    store_integers(place.tile - static_cast<double>(corner), tile);
+    store_integers(place.local, local);
+    for (int lane = 0; lane < std::min<LocalIndex>(n_lanes, particles.size() - first); ++lane) {
+      cells[tile[lane]] |= std::uint64_t{1} << local[lane];
+      ++count[static_cast<std::size_t>(tile[lane]) * n_materials + material[first + lane]];
     }
   }
+  for (std::size_t t = 0; t < cells.size(); ++t) {
+    if (cells[t] == 0) continue;
+    const int n = static_cast<int>(t);
+    const Int3 at{n / (box.size[1] * box.size[2]), n / box.size[2] % box.size[1], n % box.size[2]};
+    census.tile.push_back(grid.tile_index({box.first[0] + at[0], box.first[1] + at[1], box.first[2] + at[2]}));
+    census.cells.push_back(cells[t]);
+    const auto counts = count.begin() + static_cast<std::ptrdiff_t>(t) * n_materials;
+    census.count.insert(census.count.end(), counts, counts + n_materials);
+  }
+  return census;
+}
+
+namespace {
+
+// edge[a][d + 1]: the cells of a tile from which a step of d cells along axis a leads to another tile; all for d = 0.
+struct TileEdges {
+  std::uint64_t edge[3][3] = {};
+
+  TileEdges() {
+    for (int n = 0; n < tile_nodes; ++n) {
+      const int at[3] = {n / (tile_width * tile_width), n / tile_width % tile_width, n % tile_width};
+      for (int a = 0; a < 3; ++a)
+        for (int d = -1; d <= 1; ++d)
+          if (d == 0 || at[a] == (d < 0 ? 0 : tile_width - 1)) edge[a][d + 1] |= std::uint64_t{1} << n;
+    }
+  }
+};
+
+}  // namespace
+
+void visit_reach(const GridGeometry& grid, const Int3& tile, std::uint64_t cells,
+                 const std::function<void(TileIndex)>& visit) {
+  static const TileEdges edges;
+  for (int d = 0; d < 27; ++d) {
+    const Int3 step{d / 9 - 1, d / 3 % 3 - 1, d % 3 - 1};
+    if ((cells & edges.edge[0][step[0] + 1] & edges.edge[1][step[1] + 1] & edges.edge[2][step[2] + 1]) == 0) continue;
+    if (const TileIndex there = grid.neighbour(tile, step); there >= 0) visit(there);
+  }
+}
+
+std::vector<TileIndex> tiles_in_reach(const GridGeometry& grid, const TileCensus& census) {
+  std::vector<TileIndex> tiles;
+  for (std::size_t t = 0; t < census.size(); ++t)
+    visit_reach(grid, grid.tile_coordinates(census.tile[t]), census.cells[t],
+                [&](TileIndex there) { tiles.push_back(there); });
   std::sort(tiles.begin(), tiles.end());
   tiles.erase(std::unique(tiles.begin(), tiles.end()), tiles.end());
   return tiles;

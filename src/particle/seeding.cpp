@@ -228,14 +228,21 @@ std::optional<UndefinedMotion> find_undefined_motion(const GridGeometry& grid, c
   return found;
 }
 
-std::vector<GlobalIndex> count_particles(const GridGeometry& grid, const std::vector<Body>& bodies, TileIndex first,
-                                         TileIndex last) {
+TileCensus count_particles(const GridGeometry& grid, const std::vector<Body>& bodies, TileIndex first, TileIndex last) {
   check_bodies(grid, bodies);
-  std::vector<GlobalIndex> counts(static_cast<std::size_t>(std::max(last - first, 0)), 0);
+  TileCensus census;
+  for (const Body& body : bodies) census.n_materials = std::max(census.n_materials, body.material_index + 1);
   for (TileIndex tile = first; tile < last; ++tile)
-    visit_tile(grid, bodies, tile,
-               [&](std::size_t, const Vec3&, GlobalIndex) { ++counts[static_cast<std::size_t>(tile - first)]; });
-  return counts;
+    visit_tile(grid, bodies, tile, [&](std::size_t body, const Vec3& position, GlobalIndex) {
+      if (census.tile.empty() || census.tile.back() != tile) {
+        census.tile.push_back(tile);
+        census.count.resize(census.count.size() + static_cast<std::size_t>(census.n_materials), 0);
+        census.cells.push_back(0);
+      }
+      ++census.count[census.count.size() - static_cast<std::size_t>(census.n_materials - bodies[body].material_index)];
+      census.cells.back() |= std::uint64_t{1} << grid.place_in_tile(position);
+    });
+  return census;
 }
 
 void seed_particles(const GridGeometry& grid, const std::vector<Body>& bodies, const std::vector<TileIndex>& tiles,

@@ -6,7 +6,7 @@
 
 #include "bulkley/base/parallel.hpp"
 #include "bulkley/kernel/step_bounds.hpp"
-#include "bulkley/kernel/tile.hpp"
+#include "bulkley/base/tile.hpp"
 #include "bulkley/material/material.hpp"
 #include "bulkley/particle/particle_set.hpp"
 

@@ -55,8 +55,8 @@ Solver::Solver(const Comm& comm, Physics physics, Partition partition, ParticleS
       particles_(std::move(particles)),
       reduce_(comm),
       grid_(comm, physics_.grid, partition_),
-      owned_(grid_.create_vector()) {
-  if (physics_.transfer.flip_fraction() > 0.0) owned_impulse_ = grid_.create_vector();
+      material_seconds_(physics_.materials.size(), 0.0) {
+  make_vectors();
   if (physics_.acceleration_field.given()) acceleration_.emplace(physics_.acceleration_field);
   StepBounds local;
   start_placing();
@@ -70,6 +70,11 @@ Solver::Solver(const Comm& comm, Physics physics, Partition partition, ParticleS
 }
 
 Solver::~Solver() = default;
+
+void Solver::make_vectors() {
+  owned_ = grid_.create_vector();
+  if (physics_.transfer.flip_fraction() > 0.0) owned_impulse_ = grid_.create_vector();
+}
 
 StepReport Solver::step(double remaining, int stop_request, TimeStepState& state, double time) {
   StepReport report;
@@ -164,8 +169,13 @@ void Solver::transfer_to_particles(double dt, StepBounds& local) {
     }
     {
       const Phase phase(times_, "stress_update");
-      for (std::size_t m = 0; m < physics_.materials.size(); ++m)
+      double begin = MPI_Wtime();
+      for (std::size_t m = 0; m < physics_.materials.size(); ++m) {
         stress_update(physics_.materials[m].material, static_cast<std::uint8_t>(m), gradient, dt, particles_, local, block);
+        const double end = MPI_Wtime();
+        material_seconds_[m] += end - begin;
+        begin = end;
+      }
     }
     place(block, outside);
   }
@@ -240,14 +250,40 @@ void Solver::send_strays(StepBounds& local) {
   if (!strays_.empty()) local.needs_rebuild = 1;
 }
 
+GlobalIndex Solver::adopt(Partition partition) {
+  const bool same_boxes = partition.nodes == partition_.nodes;
+  partition_ = std::move(partition);
+  if (!same_boxes) {
+    const Phase phase(times_, "rebuild");
+    grid_ = Grid(comm_, physics_.grid, partition_);
+    make_vectors();
+  }
+  LocalIndex n_arrived = 0;
+  {
+    const Phase phase(times_, "migrate");
+    departures_.clear();
+    for (LocalIndex p = 0; p < particles_.size(); ++p) {
+      const TileIndex tile = layout_.tiles()[static_cast<std::size_t>(map_.cell[static_cast<std::size_t>(p)]) / tile_nodes];
+      const std::int32_t worker = partition_.worker[static_cast<std::size_t>(tile)];
+      if (worker != comm_.rank()) departures_.push_back({p, worker});
+    }
+    n_arrived = migrate(comm_, departures_, particles_);
+  }
+  rebuild();
+  n_jumps_ += map_.n_jumps;
+  bounds_.largest_share = max_global(comm_, GlobalIndex{particles_.size()});
+  return sum_global(comm_, GlobalIndex{n_arrived});
+}
+
 // A new pool for the tiles that hold particles now or may soon, and the exchange and constraints that belong to it.
 void Solver::rebuild() {
   const Phase phase(times_, "rebuild");
   ++n_rebuilds_;
   const GridGeometry& geometry = physics_.grid;
-  std::vector<TileIndex> tiles = tiles_in_reach(geometry, particles_);
+  std::vector<TileIndex> tiles = tiles_in_reach(geometry, census());
   std::erase_if(tiles, [&](TileIndex tile) { return partition_.worker[static_cast<std::size_t>(tile)] != comm_.rank(); });
   collective_guard(comm_, [&] { layout_ = PoolLayout(geometry, std::move(tiles)); });
+  if (exchange_) exchange_wait_ += exchange_->seconds_waiting();
   exchange_ = std::make_unique<Exchange>(comm_, grid_, layout_);
   pool_.assign(static_cast<std::size_t>(layout_.n_nodes()), Node{});
   if (physics_.transfer.flip_fraction() > 0.0) impulse_.assign(static_cast<std::size_t>(layout_.n_nodes()), Node{});

@@ -55,7 +55,8 @@ struct Setting {
     geometry.n_cells = shape.n_cells;
     geometry.periodic = shape.periodic;
     geometry.order = order;
-    partition = make_partition(geometry, {}, std::vector<GlobalIndex>(geometry.n_tiles(), 1), n_ranks);
+    partition = make_partition(geometry, {PartitionMethod::ranges},
+                               tile_load(std::vector<GlobalIndex>(geometry.n_tiles(), 1)), n_ranks);
     std::vector<std::vector<TileIndex>> tiles(n_ranks);
     for (TileIndex tile = 0; tile < geometry.n_tiles(); ++tile) {
       const int worker = map.worker(tile, partition, n_ranks);

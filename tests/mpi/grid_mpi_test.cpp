@@ -25,7 +25,7 @@ std::vector<GridGeometry> geometries() {
 Partition uneven_partition(const GridGeometry& geometry, int n_ranks) {
   std::vector<GlobalIndex> load(geometry.n_tiles());
   for (TileIndex tile = 0; tile < geometry.n_tiles(); ++tile) load[tile] = tile * tile;
-  return make_partition(geometry, {}, load, n_ranks);
+  return make_partition(geometry, {PartitionMethod::ranges}, tile_load(load), n_ranks);
 }
 
 class GridTest : public testing::Test {

@@ -78,14 +78,14 @@ TEST(Partition, CoversTheGridForAnyNumberOfRanks) {
     for (const int n_ranks : {1, 2, 3, 4, 5, 7, 8, 12, 30})
       for (const PartitionSettings& settings : {uniform, ranges}) {
         SCOPED_TRACE(testing::Message() << n_ranks << " ranks, method " << static_cast<int>(settings.method));
-        expect_valid(grid, make_partition(grid, settings, random_load(grid, n_ranks), n_ranks), n_ranks);
+        expect_valid(grid, make_partition(grid, settings, tile_load(random_load(grid, n_ranks)), n_ranks), n_ranks);
       }
 }
 
 TEST(Partition, EveryRankComputesTheSame) {
   const Comm comm(PETSC_COMM_WORLD);
   const GridGeometry grid = open_grid({50, 60, 70});
-  const Partition partition = make_partition(grid, ranges, random_load(grid, 3), 24);
+  const Partition partition = make_partition(grid, ranges, tile_load(random_load(grid, 3)), 24);
   GlobalIndex hash = 0;
   for (const std::int32_t rank : partition.worker) hash = (hash * 31 + rank) % 1000000007;
   EXPECT_EQ(min_global(comm, hash), max_global(comm, hash));
@@ -106,7 +106,7 @@ TEST(Partition, RangesAreOptimalAlongOneAxis) {
         };
         optimum = std::min(optimum, std::max({sum(0, a), sum(a, b), sum(b, 10)}));
       }
-    EXPECT_EQ(largest_load(make_partition(grid, ranges, load, 3), load, 3), optimum) << "trial " << trial;
+    EXPECT_EQ(largest_load(make_partition(grid, ranges, tile_load(load), 3), load, 3), optimum) << "trial " << trial;
   }
 }
 
@@ -138,7 +138,7 @@ TEST(Partition, RangesAreNearlyOptimalAlongTwoAxes) {
               for (int k = 0; k < 3; ++k) largest = std::max(largest, box(x[i], x[i + 1], y[k], y[k + 1]));
             optimum = std::min(optimum, largest);
           }
-    const GlobalIndex found = largest_load(make_partition(grid, ranges, load, 9), load, 9);
+    const GlobalIndex found = largest_load(make_partition(grid, ranges, tile_load(load), 9), load, 9);
     EXPECT_GE(found, optimum);
     ratio_sum += static_cast<double>(found) / static_cast<double>(optimum);
   }
@@ -149,8 +149,10 @@ TEST(Partition, RangesBalanceABallBetterThanUniform) {
   const GridGeometry grid = open_grid({124, 124, 124});
   const std::vector<GlobalIndex> load = ball_load(grid);
   for (const int n_ranks : {2, 3, 4, 8, 16, 64}) {
-    const double by_ranges = imbalance(make_partition(grid, ranges, load, n_ranks), load, n_ranks);
-    const double by_uniform = imbalance(make_partition(grid, uniform, load, n_ranks), load, n_ranks);
+    const double by_ranges =
+        imbalance(rank_loads(make_partition(grid, ranges, tile_load(load), n_ranks), tile_load(load), n_ranks));
+    const double by_uniform =
+        imbalance(rank_loads(make_partition(grid, uniform, tile_load(load), n_ranks), tile_load(load), n_ranks));
     EXPECT_LT(by_ranges, 0.7 * by_uniform) << n_ranks << " ranks";
     EXPECT_LT(by_ranges, n_ranks <= 8 ? 1.15 : 1.4) << n_ranks << " ranks";
   }
@@ -158,7 +160,7 @@ TEST(Partition, RangesBalanceABallBetterThanUniform) {
 
 TEST(Partition, UniformTakesTheLeastSurface) {
   const auto grid_of = [](const GridGeometry& grid, int n_ranks) {
-    return make_partition(grid, uniform, std::vector<GlobalIndex>(grid.n_tiles(), 0), n_ranks).n_ranks;
+    return make_partition(grid, uniform, tile_load(std::vector<GlobalIndex>(grid.n_tiles(), 0)), n_ranks).n_ranks;
   };
   EXPECT_EQ(grid_of(open_grid({60, 12, 12}), 4), (Int3{4, 1, 1}));
   EXPECT_EQ(grid_of(open_grid({28, 28, 28}), 8), (Int3{2, 2, 2}));
@@ -170,16 +172,16 @@ TEST(Partition, EmptySpaceIsDividedToo) {
   const GridGeometry grid = open_grid({60, 60, 60});
   std::vector<GlobalIndex> load(grid.n_tiles(), 0);
   const std::vector<GlobalIndex> ones(grid.n_tiles(), 1);
-  EXPECT_NEAR(imbalance(make_partition(grid, ranges, load, 8), ones, 8), 1.0, 1e-12);
+  EXPECT_NEAR(imbalance(rank_loads(make_partition(grid, ranges, tile_load(load), 8), tile_load(ones), 8)), 1.0, 1e-12);
   load[0] = 5;  // one tile with all the particles: the others share the rest
-  EXPECT_LT(imbalance(make_partition(grid, ranges, load, 8), ones, 8), 2.5);
+  EXPECT_LT(imbalance(rank_loads(make_partition(grid, ranges, tile_load(load), 8), tile_load(ones), 8)), 2.5);
 }
 
 TEST(Partition, TheNodesBehindAndInFrontOfAFaceHaveOneOwner) {
   for (int n_cells = 5; n_cells <= 20; ++n_cells)
     for (const PartitionSettings& settings : {uniform, ranges}) {
       const GridGeometry grid = open_grid({n_cells, 4, 4});
-      const Partition partition = make_partition(grid, settings, random_load(grid, 7), 2);
+      const Partition partition = make_partition(grid, settings, tile_load(random_load(grid, 7)), 2);
       if (partition.n_ranks[0] < 2) continue;
       const int n_first = partition.nodes[0][0];  // of the first of two owners
       EXPECT_GE(n_first, 3);
@@ -193,7 +195,7 @@ TEST(Partition, TooFewTiles) {
   const std::vector<GlobalIndex> load(4, 1);
   for (const int n_ranks : {3, 5, 8}) {
     try {
-      make_partition(grid, ranges, load, n_ranks);
+      make_partition(grid, ranges, tile_load(load), n_ranks);
       ADD_FAILURE() << n_ranks << " ranks were accepted";
     } catch (const UsageError& error) {
       const std::string expected =
@@ -201,15 +203,15 @@ TEST(Partition, TooFewTiles) {
       EXPECT_EQ(std::string(error.what()).substr(0, expected.size()), expected);
     }
   }
-  EXPECT_NO_THROW(make_partition(grid, ranges, load, 4));
+  EXPECT_NO_THROW(make_partition(grid, ranges, tile_load(load), 4));
 }
 
 TEST(Partition, ImbalanceIsLargestOverMean) {
   Partition partition;
   partition.worker = {0, 0, 1, 2};
-  EXPECT_DOUBLE_EQ(imbalance(partition, std::vector<GlobalIndex>{1, 2, 6, 0}, 3), 2.0);
-  EXPECT_DOUBLE_EQ(imbalance(partition, std::vector<GlobalIndex>{0, 0, 0, 0}, 3), 1.0);
-  EXPECT_DOUBLE_EQ(imbalance(partition, std::vector<GlobalIndex>{1, 2, 3, 3}, 3), 1.0);
+  EXPECT_DOUBLE_EQ(imbalance(rank_loads(partition, tile_load(std::vector<GlobalIndex>{1, 2, 6, 0}), 3)), 2.0);
+  EXPECT_DOUBLE_EQ(imbalance(rank_loads(partition, tile_load(std::vector<GlobalIndex>{0, 0, 0, 0}), 3)), 1.0);
+  EXPECT_DOUBLE_EQ(imbalance(rank_loads(partition, tile_load(std::vector<GlobalIndex>{1, 2, 3, 3}), 3)), 1.0);
 }
 
 }  // namespace

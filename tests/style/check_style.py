@@ -13,15 +13,9 @@ import sys
 LAYERS = ["base", "config", "material", "particle", "kernel", "rheometer", "domain", "solver", "io", "scene", "simulation",
           "drivers"]
 
-# (including file below include/bulkley or src, included header): why it may. An exception that nothing needs is a fault.
-LAYER_EXCEPTIONS = {
-    ("particle/seeding.hpp", "kernel/tile.hpp"):
-        "the grid's index arithmetic: a particle's id follows from its cell, and a rank seeds its own tiles",
-}
-
 # Modules (and single headers of later modules) that are built without MPI, PETSc or HDF5.
 CORE_LAYERS = {"base", "config", "material", "particle", "kernel", "rheometer", "scene"}
-NOT_CORE = {"base/parallel", "base/petsc", "base/log"}
+NOT_CORE = {"base/parallel", "base/petsc", "base/log", "base/gather"}
 CORE_HEADERS_OF_LATER_LAYERS = re.compile(r"^(domain|solver|io)/(settings|time_step|\w+_keys)\.hpp$")
 PARALLEL_HEADERS = re.compile(r"^(mpi\.h|petsc\w*\.h|hdf5\w*\.h|H5\w*\.h)$")
 
@@ -114,7 +108,7 @@ def is_excepted(path, name, used_exceptions):
     return (path.as_posix(), name) in SITE_EXCEPTIONS
 
 
-def check_layers(path, text, used_exceptions):
+def check_layers(path, text):
     layer, name = layer_of(path)
     if layer not in LAYERS:
         yield 1, f"stands in no module of the list {', '.join(LAYERS)}"
@@ -131,10 +125,7 @@ def check_layers(path, text, used_exceptions):
         if other not in LAYERS:
             yield line, f"includes {header}, which stands in no module"
         elif LAYERS.index(other) > LAYERS.index(layer):
-            if (name, header) in LAYER_EXCEPTIONS:
-                used_exceptions.add((name, header))
-            else:
-                yield line, f"module '{layer}' includes {header} of the later module '{other}'"
+            yield line, f"module '{layer}' includes {header} of the later module '{other}'"
 
 
 def check_bare_calls(path, text, used_exceptions):
@@ -217,11 +208,11 @@ def check_tree(root):
             if path.suffix == ".hpp":
                 faults += check_header(text)
             if path.parts[0] in ("include", "src", "drivers"):
-                faults += check_layers(path, text, used_exceptions)
+                faults += check_layers(path, text)
                 faults += check_bare_calls(path, text, used_exceptions)
         for line, sentence in faults:
             yield path, line, sentence
-    for name, other in sorted((set(LAYER_EXCEPTIONS) | set(SITE_EXCEPTIONS)) - used_exceptions):
+    for name, other in sorted(set(SITE_EXCEPTIONS) - used_exceptions):
         yield own_folder / "check_style.py", 1, f"the exception for {other} in {name} is not needed any more"
 
 

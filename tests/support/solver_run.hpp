@@ -153,7 +153,7 @@ inline Partition partition_of(const Comm& comm, const SolverScene& scene, Partit
   std::vector<GlobalIndex> load(static_cast<std::size_t>(scene.physics.grid.n_tiles()), 0);
   for (LocalIndex p = 0; p < scene.particles.size(); ++p)
     ++load[static_cast<std::size_t>(scene.physics.grid.tile_of(scene.particles.vector(Field::position, p)))];
-  Partition partition = make_partition(scene.physics.grid, {method}, load, comm.size());
+  Partition partition = make_partition(scene.physics.grid, {method}, tile_load(load), comm.size());
   if (scattered)
     for (std::size_t tile = 0; tile < partition.worker.size(); ++tile)
       partition.worker[tile] = static_cast<std::int32_t>(tile * 7919 % 101) % comm.size();

@@ -38,6 +38,8 @@ class Exchange {
   };
   Traffic sent_by_add() const { return sent_by_add_; }
   Traffic sent_by_get() const { return sent_by_get_; }
+  /// Wall time so far between having nothing left to do and having what the others send, s.
+  double seconds_waiting() const { return seconds_waiting_; }
 
  private:
   /// Pool nodes pool .. pool + count - 1 are the owned nodes owned .. owned + count - 1.
@@ -58,6 +60,7 @@ class Exchange {
   std::vector<PoolPiece> beyond_;        ///< pool nodes that are not nodes of the grid
   std::vector<LocalIndex> active_;
   Traffic sent_by_add_, sent_by_get_;
+  double seconds_waiting_ = 0.0;
 };
 
 }  // namespace bulkley

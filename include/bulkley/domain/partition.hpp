@@ -2,11 +2,11 @@
 // Who owns which nodes (DMDA ownership ranges) and who works on which tile (worker map): two separate things.
 
 #include <array>
-#include <span>
+#include <string>
 #include <vector>
 
+#include "bulkley/domain/load.hpp"
 #include "bulkley/domain/settings.hpp"
-#include "bulkley/kernel/tile.hpp"
 
 namespace bulkley {
 
@@ -14,22 +14,54 @@ struct Partition {
   Int3 n_ranks{1, 1, 1};                  ///< process grid of the DMDA
   std::array<std::vector<int>, 3> nodes;  ///< nodes per process along each axis; multiples of tile_width but the last
   std::vector<std::int32_t> worker;       ///< rank that works on each tile, by TileIndex
+  double owner_imbalance = 1.0;           ///< largest over mean load of the boxes of nodes, when they were cut
 
+  int size() const { return n_ranks[0] * n_ranks[1] * n_ranks[2]; }
   /// Ranks are numbered as the DMDA of Grid numbers them: z fastest, like its nodes.
   int rank_of(const Int3& process) const { return (process[0] * n_ranks[1] + process[1]) * n_ranks[2] + process[2]; }
 };
 
-/// Chooses process grid, ownership ranges and workers for `load` = particles per tile (size n_tiles).
-/// `uniform`: equal numbers of tiles along each axis. `ranges`: cuts chosen to minimise the largest load of a rank, then
-/// moved towards equal parts where that costs less than 2 %; a tile counts a little more than its particles. So empty space
-/// is divided too. All factorisations of n_ranks are tried; among those within 5 % of the smallest largest load, the one
-/// with the least surface between ranks is taken. Every rank owns at least one tile along each axis. Workers are the DMDA
-/// owners. The nodes just behind and just in front of a face have one owner. Deterministic: the same on every rank that passes the same load.
-/// Throws UsageError when the grid has too few tiles for n_ranks. Not collective.
-Partition make_partition(const GridGeometry& grid, const PartitionSettings& settings, std::span<const GlobalIndex> load,
-                         int n_ranks);
+/// Rank that owns the nodes of each tile, by TileIndex. Not collective.
+std::vector<std::int32_t> node_owners(const GridGeometry& grid, const Partition& partition);
 
-/// Largest over mean load of the ranks that `partition` gives (1 for no load); `load` by TileIndex. Not collective.
-double imbalance(const Partition& partition, std::span<const GlobalIndex> load, int n_ranks);
+/// How a partition came about.
+struct PartitionNotes {
+  PartitionMethod method = PartitionMethod::uniform;  ///< the one that made it; never `automatic`
+  std::vector<std::string> warnings;
+};
+
+/// Shares out nodes and tiles among ranks.
+///
+/// The DMDA's ranges: equal numbers of tiles along each axis for `uniform`; else cuts that minimise the largest load of a rank,
+/// moved towards equal parts where that costs less than 2 %. A tile counts a little more than its load, so that empty space
+/// is divided too. All factorisations of n_ranks are tried; of those within 5 % of the smallest largest load the one with the
+/// least surface is taken. Every rank owns at least one tile along each axis. The nodes just behind and just in front of a
+/// face have one owner. With `present`, its ranges stay while they serve about as well as when they were cut.
+///
+/// The workers: the owners of the nodes for `uniform` and `ranges`; chunks of a Hilbert curve through the loaded tiles for
+/// `hilbert`; parts of their graph with few shared nodes for `metis` (Karypis & Kumar 1998, k-way; then moved towards even
+/// loads); for `automatic` the one of these for which `cost` predicts the fastest step. Parts are numbered for the largest
+/// overlap with `present`, or else with the owners. An empty tile goes to the worker of a nearest loaded one.
+///
+/// Deterministic: the same for the same arguments. Throws UsageError when the grid has too few tiles for n_ranks. Not
+/// collective; dear for large grids, so that runs do it on the root (share_partition).
+Partition make_partition(const GridGeometry& grid, const PartitionSettings& settings, const TileLoad& load, int n_ranks,
+                         const Partition* present = nullptr, const CostModel& cost = {}, PartitionNotes* notes = nullptr);
+
+/// `present` with as few tiles moved from rank to rank as bring the largest load near the mean: loads diffuse between ranks
+/// whose tiles touch (Hu, Blake & Emerson 1998), by the tiles that lengthen the borders least. Not collective.
+Partition rebalanced(const GridGeometry& grid, const TileLoad& load, const Partition& present);
+
+/// The root's partition on every rank. Collective.
+Partition share_partition(const Comm& comm, Partition partition);
+
+/// Load of each rank. Not collective.
+std::vector<GlobalIndex> rank_loads(const Partition& partition, const TileLoad& load, int n_ranks);
+
+/// Largest over mean of values >= 0 (1 if all are zero). Not collective.
+double imbalance(const std::vector<GlobalIndex>& values);
+
+/// Particles in tiles whose worker differs between two partitions. Not collective.
+GlobalIndex n_moved(const Partition& from, const Partition& to, const TileLoad& load);
 
 }  // namespace bulkley

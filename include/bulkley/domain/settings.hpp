@@ -4,12 +4,17 @@
 namespace bulkley {
 
 enum class PartitionMethod {
-  uniform,  ///< equal numbers of tiles per rank along each axis
-  ranges,   ///< DMDA ownership ranges chosen for the smallest largest load
+  uniform,    ///< equal numbers of tiles per rank along each axis
+  ranges,     ///< DMDA ownership ranges chosen for the smallest largest load
+  hilbert,    ///< chunks of a Hilbert curve through the tiles that hold particles
+  metis,      ///< parts of the graph of those tiles
+  automatic,  ///< whichever is predicted to be fastest, as long as a change pays
 };
 
 struct PartitionSettings {
-  PartitionMethod method = PartitionMethod::ranges;
+  PartitionMethod method = PartitionMethod::automatic;
+  int decision_interval = 50;  ///< steps between two decisions of `automatic` whether a new map pays; 0: none
+  int remake_interval = 0;     ///< steps between two new maps, whether they pay or not; 0: none
 };
 
 }  // namespace bulkley

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "bulkley/kernel/tile.hpp"
+#include "bulkley/base/tile.hpp"
 #include "bulkley/particle/shape.hpp"
 
 namespace bulkley {

@@ -2,7 +2,7 @@
 // B-spline weights of one axis (docs/theory.md, "Weights"). Index arithmetic of stencils exists only here and in tile.hpp.
 
 #include "bulkley/base/pack.hpp"
-#include "bulkley/kernel/tile.hpp"
+#include "bulkley/base/tile.hpp"
 
 namespace bulkley {
 

@@ -1,12 +1,14 @@
 #pragma once
 // Which cell of which pool tile each particle is in, and the physical order of particles.
 
+#include <functional>
 #include <span>
 #include <vector>
 
 #include "bulkley/kernel/boundary.hpp"
 #include "bulkley/kernel/pool.hpp"
 #include "bulkley/kernel/step_bounds.hpp"
+#include "bulkley/particle/census.hpp"
 #include "bulkley/particle/particle_set.hpp"
 
 namespace bulkley {
@@ -43,9 +45,16 @@ void confine(const GridGeometry& grid, const Faces& faces, ParticleSet& particle
 void locate(const GridGeometry& grid, const PoolLayout& layout, const ParticleSet& particles, CellMap& map,
             std::vector<Stray>& strays, ParticleBlock block = {});
 
-/// The tiles that hold particles and those that a particle may enter by moving one cell; ascending. Precondition: positions
-/// inside the domain. Not collective.
-std::vector<TileIndex> tiles_in_reach(const GridGeometry& grid, const ParticleSet& particles);
+/// What each tile holds. Precondition: positions inside the domain, materials below `n_materials`. Not collective.
+TileCensus take_census(const GridGeometry& grid, const ParticleSet& particles, int n_materials);
+
+/// Calls visit(there) for the tile with these coordinates and occupied cells (TileCensus::cells), and for every other one that
+/// a particle in one of the cells may enter by moving one cell. Not collective.
+void visit_reach(const GridGeometry& grid, const Int3& tile, std::uint64_t cells,
+                 const std::function<void(TileIndex)>& visit);
+
+/// The tiles that visit_reach finds from the tiles of the census; ascending. Not collective.
+std::vector<TileIndex> tiles_in_reach(const GridGeometry& grid, const TileCensus& census);
 
 /// Physically sorts particles by tile and cell, and `map` with them. Not collective.
 void sort_particles(ParticleSet& particles, CellMap& map);

@@ -2,7 +2,7 @@
 // Keys of [domain] of a scene.
 
 #include "bulkley/config/keys.hpp"
-#include "bulkley/kernel/tile.hpp"
+#include "bulkley/base/tile.hpp"
 
 namespace bulkley {
 

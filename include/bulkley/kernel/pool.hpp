@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "bulkley/kernel/tile.hpp"
+#include "bulkley/base/tile.hpp"
 
 namespace bulkley {
 

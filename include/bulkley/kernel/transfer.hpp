@@ -1,7 +1,7 @@
 #pragma once
 // Which particle-grid transfer the run uses.
 
-#include "bulkley/kernel/tile.hpp"
+#include "bulkley/base/tile.hpp"
 
 namespace bulkley {
 

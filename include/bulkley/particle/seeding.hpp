@@ -7,7 +7,8 @@
 #include <vector>
 
 #include "bulkley/config/formula.hpp"
-#include "bulkley/kernel/tile.hpp"
+#include "bulkley/base/tile.hpp"
+#include "bulkley/particle/census.hpp"
 #include "bulkley/particle/particle_set.hpp"
 #include "bulkley/particle/shape.hpp"
 
@@ -31,10 +32,8 @@ struct Body {
   std::uint64_t seed = 0;  ///< jittered: the offset of a particle is a hash of seed, cell and place in the cell
 };
 
-/// Number of particles that `bodies` put into each tile with first <= index < last. Throws UsageError as seed_particles.
-/// Not collective.
-std::vector<GlobalIndex> count_particles(const GridGeometry& grid, const std::vector<Body>& bodies, TileIndex first,
-                                         TileIndex last);
+/// What `bodies` put into the tiles with first <= index < last. Throws UsageError as seed_particles. Not collective.
+TileCensus count_particles(const GridGeometry& grid, const std::vector<Body>& bodies, TileIndex first, TileIndex last);
 
 /// The velocity at the start and its gradient: `velocity`, the spin and `velocity_field` of a body.
 class StartMotion {

@@ -2,7 +2,7 @@
 // Conserved and summary quantities of all particles, for history.csv and the tests.
 
 #include "bulkley/base/parallel.hpp"
-#include "bulkley/kernel/tile.hpp"
+#include "bulkley/base/tile.hpp"
 #include "bulkley/kernel/transfer.hpp"
 #include "bulkley/material/material.hpp"
 #include "bulkley/particle/particle_set.hpp"

@@ -62,6 +62,18 @@ class Solver {
   /// every rank, when particles fail. Collective.
   StepReport step(double remaining, int stop_request, TimeStepState& state, double time = 0.0);
 
+  /// What each tile holds of this rank's particles. Not collective.
+  TileCensus census() const { return take_census(physics_.grid, particles_, static_cast<int>(physics_.materials.size())); }
+
+  /// Goes on under another partition: sends the particles to its workers and, where ranges differ, the nodes to its owners.
+  /// Returns the number of particles that have changed ranks. No particle changes otherwise. Collective.
+  GlobalIndex adopt(Partition partition);
+
+  /// Wall time of this rank in the stress updates of each material so far, s.
+  const std::vector<double>& material_seconds() const { return material_seconds_; }
+  /// Of the wall time in phase "exchange", what went into waiting for other ranks so far, s.
+  double exchange_wait() const { return exchange_wait_ + exchange_->seconds_waiting(); }
+
   /// Bytes of particles, pools, grid and work arrays on this rank. Not collective.
   std::size_t memory() const;
 
@@ -75,6 +87,7 @@ class Solver {
   void place(ParticleBlock block, StepBounds& outside);
   void send_strays(StepBounds& local);
   void rebuild();
+  void make_vectors();
   void measure_start();
   [[noreturn]] void report_failure() const;
 
@@ -97,6 +110,8 @@ class Solver {
   std::vector<LocalIndex> removed_, departed_;
   std::vector<Departure> departures_;
   PhaseTimes times_;
+  std::vector<double> material_seconds_;
+  double exchange_wait_ = 0.0;  ///< of exchanges that are gone
   GlobalIndex n_jumps_ = 0;  ///< since the last sort
   GlobalIndex n_rebuilds_ = 0;
 };

@@ -220,11 +220,11 @@ TEST(TilesInReach, AreThoseOfAllCellsWithinOneStep) {
     const std::vector<Vec3> positions = random_positions(grid, 60);
     for (const Vec3& x : positions) {
       const ParticleSet one = particles_at({x});
-      EXPECT_EQ(tiles_in_reach(grid, one), tiles_within_one_cell(grid, one));
+      EXPECT_EQ(tiles_in_reach(grid, take_census(grid, one, 1)), tiles_within_one_cell(grid, one));
     }
     const ParticleSet all = particles_at(positions);
-    EXPECT_EQ(tiles_in_reach(grid, all), tiles_within_one_cell(grid, all));
-    EXPECT_TRUE(tiles_in_reach(grid, particles_at({})).empty());
+    EXPECT_EQ(tiles_in_reach(grid, take_census(grid, all, 1)), tiles_within_one_cell(grid, all));
+    EXPECT_TRUE(tiles_in_reach(grid, take_census(grid, particles_at({}), 1)).empty());
   }
 }
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -181,16 +182,35 @@ TEST(Seeding, TheSameParticlesHoweverTilesAreSplit) {
 
 TEST(Seeding, CountsAgreeWithParticles) {
   const GridGeometry grid = unit_grid(12);
-  const std::vector<Body> bodies = {body_of(slanted_cylinder), body_of({Sphere{{0.1, 0.5, 0.8}, 0.3}}, 27)};
+  std::vector<Body> bodies = {body_of(slanted_cylinder), body_of({Sphere{{0.1, 0.5, 0.8}, 0.3}}, 27)};
+  bodies[0].material_index = 2;
   const ParticleSet set = seeded(grid, bodies);
-  std::vector<GlobalIndex> expected(static_cast<std::size_t>(grid.n_tiles()), 0);
-  for (LocalIndex p = 0; p < set.size(); ++p)
-    ++expected[static_cast<std::size_t>(grid.tile_of(set.vector(Field::position, p)))];
-  EXPECT_EQ(count_particles(grid, bodies, 0, grid.n_tiles()), expected);
   const TileIndex middle = grid.n_tiles() / 2;
-  EXPECT_EQ(count_particles(grid, bodies, middle, grid.n_tiles()),
-            std::vector<GlobalIndex>(expected.begin() + middle, expected.end()));
-  EXPECT_TRUE(count_particles(grid, bodies, 5, 5).empty());
+  for (const TileIndex first : {TileIndex{0}, middle}) {
+    std::map<TileIndex, std::array<GlobalIndex, 3>> expected;
+    std::map<TileIndex, std::uint64_t> cells;
+    for (LocalIndex p = 0; p < set.size(); ++p) {
+      const Vec3 x = set.vector(Field::position, p);
+      const TileIndex tile = grid.tile_of(x);
+      if (tile < first) continue;
+      ++expected[tile][set.material()[p]];
+      int place = 0;
+      for (int axis = 0; axis < 3; ++axis) place = 4 * place + grid.base_node(axis, x[axis]) % 4;
+      cells[tile] |= std::uint64_t{1} << place;
+    }
+    const TileCensus census = count_particles(grid, bodies, first, grid.n_tiles());
+    ASSERT_EQ(census.n_materials, 3);
+    ASSERT_EQ(census.size(), expected.size());
+    std::size_t t = 0;
+    for (const auto& [tile, count] : expected) {
+      EXPECT_EQ(census.tile[t], tile);
+      EXPECT_EQ(census.cells[t], cells[tile]);
+      for (int m = 0; m < 3; ++m) EXPECT_EQ(census.count[3 * t + m], count[m]);
+      EXPECT_EQ(census.n_particles(t), count[0] + count[2]);
+      ++t;
+    }
+  }
+  EXPECT_EQ(count_particles(grid, bodies, 5, 5).size(), 0u);
 }
 
 TEST(Seeding, JitterIsBoundedReproducibleAndFollowsTheSeed) {

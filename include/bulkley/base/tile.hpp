@@ -79,6 +79,23 @@ struct GridGeometry {
   TileIndex tile_of(const Vec3& position) const {
     return tile_of_node({base_node(0, position[0]), base_node(1, position[1]), base_node(2, position[2])});
   }
+  /// Number of its base node within that tile, z fastest.
+  int place_in_tile(const Vec3& position) const {
+    int place = 0;
+    for (int axis = 0; axis < 3; ++axis) place = place * tile_width + base_node(axis, position[axis]) % tile_width;
+    return place;
+  }
+  /// The tile `step` (-1, 0 or 1 along each axis) from `tile`, around periodic axes; -1 where there is none.
+  TileIndex neighbour(const Int3& tile, const Int3& step) const {
+    Int3 there;
+    for (int axis = 0; axis < 3; ++axis) {
+      const int n = n_tiles(axis);
+      there[axis] = tile[axis] + step[axis];
+      if (periodic[axis]) there[axis] = (there[axis] + n) % n;
+      if (there[axis] < 0 || there[axis] >= n) return -1;
+    }
+    return tile_index(there);
+  }
 };
 
 }  // namespace bulkley

@@ -1,0 +1,190 @@
+#include "diffusion.hpp"
+
+#include <Eigen/IterativeLinearSolvers>
+#include <Eigen/SparseCore>
+#include <algorithm>
+#include <queue>
+
+namespace bulkley {
+
+namespace {
+
+constexpr int max_rounds = 12;
+
+struct Flow {
+  int from, to;
+  double amount;     // of load
+  double potential;  // of `from`
+};
+
+class Diffusion {
+ public:
+  Diffusion(const TileGraph& graph, const TileLoad& load, std::vector<std::int32_t> part, int n_parts)
+      : graph_(graph), load_(load), part_(std::move(part)), n_parts_(n_parts), tiles_(n_parts), part_load_(n_parts, 0) {
+    for (std::int32_t t = 0; t < graph.size(); ++t) {
+      tiles_[part_[t]].push_back(t);
+      part_load_[part_[t]] += load.weight[t];
+    }
+    mean_ = static_cast<double>(load.total()) / n_parts;
+  }
+
+  const std::vector<std::int32_t>& part() const { return part_; }
+  double largest() const { return static_cast<double>(*std::max_element(part_load_.begin(), part_load_.end())) / mean_; }
+
+  // Carries out one set of flows.
+  void round() {
+    for (const Flow& flow : flows()) carry_out(flow);
+  }
+
+  // Moves single tiles out of the fullest part as long as that lowers the larger of the two loads.
+  void polish(double tolerance) {
+    for (int n = 0; n < 4 * n_parts_ && largest() > tolerance; ++n)
+      if (!relieve(static_cast<int>(std::max_element(part_load_.begin(), part_load_.end()) - part_load_.begin()))) return;
+  }
+
+ private:
+  // Calls visit(other tile, shared nodes) for the neighbours of a tile.
+  template <class Visit>
+  void for_each_neighbour(std::int32_t t, Visit visit) const {
+    for (std::int32_t e = graph_.first[t]; e < graph_.first[t + 1]; ++e) visit(graph_.neighbour[e], graph_.shared[e]);
+  }
+
+  // Pairs of parts that touch, each once, lower number first.
+  std::vector<std::pair<int, int>> borders() const {
+    std::vector<std::pair<int, int>> pairs;
+    for (std::int32_t t = 0; t < graph_.size(); ++t)
+      for_each_neighbour(t, [&](std::int32_t other, int) {
+        if (part_[t] < part_[other]) pairs.emplace_back(part_[t], part_[other]);
+      });
+    std::sort(pairs.begin(), pairs.end());
+    pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+    return pairs;
+  }
+
+  // The flows over borders that make all loads equal with the least sum of squares: differences of potentials that solve a
+  // Poisson equation on the graph of parts. Sources first.
+  std::vector<Flow> flows() const {
+    const std::vector<std::pair<int, int>> pairs = borders();
+    std::vector<Eigen::Triplet<double>> entries;
+    // Pieces of material that do not touch make the equation singular; the shift leaves their potentials finite.
+    constexpr double shift = 1e-6;
+    for (int p = 0; p < n_parts_; ++p) entries.emplace_back(p, p, shift);
+    for (const auto& [p, q] : pairs) {
+      entries.emplace_back(p, p, 1.0), entries.emplace_back(q, q, 1.0);
+      entries.emplace_back(p, q, -1.0), entries.emplace_back(q, p, -1.0);
+    }
+    Eigen::SparseMatrix<double> laplacian(n_parts_, n_parts_);
+    laplacian.setFromTriplets(entries.begin(), entries.end());
+    Eigen::VectorXd excess(n_parts_);
+    for (int p = 0; p < n_parts_; ++p) excess[p] = static_cast<double>(part_load_[p]) / mean_ - 1.0;
+    Eigen::ConjugateGradient<Eigen::SparseMatrix<double>, Eigen::Lower | Eigen::Upper> solver(laplacian);
+    solver.setTolerance(1e-6);
+    const Eigen::VectorXd potential = solver.solve(excess);
+
+    std::vector<Flow> result;
+    for (const auto& [p, q] : pairs) {
+      const double amount = (potential[p] - potential[q]) * mean_;
+      if (amount > 0.0) result.push_back({p, q, amount, potential[p]});
+      if (amount < 0.0) result.push_back({q, p, -amount, potential[q]});
+    }
+    std::stable_sort(result.begin(), result.end(), [](const Flow& a, const Flow& b) { return a.potential > b.potential; });
+    return result;
+  }
+
+  // Shared nodes that cease to be shared, less those that come to be, if tile t moves to part `to`; below -10^6 where it does
+  // not touch that part.
+  int gain(std::int32_t t, int to) const {
+    int gain = 0;
+    bool touches = false;
+    for_each_neighbour(t, [&](std::int32_t other, int shared) {
+      if (part_[other] == to) gain += shared, touches = true;
+      if (part_[other] == part_[t]) gain -= shared;
+    });
+    return touches ? gain : -10000000;
+  }
+  static bool touches(int gain) { return gain > -1000000; }
+
+  void move(std::int32_t t, int to) {
+    std::vector<std::int32_t>& left = tiles_[part_[t]];
+    left.erase(std::find(left.begin(), left.end(), t));
+    tiles_[to].push_back(t);
+    part_load_[part_[t]] -= load_.weight[t];
+    part_load_[to] += load_.weight[t];
+    part_[t] = to;
+  }
+
+  void carry_out(const Flow& flow) {
+    // The best tile first; ties by number, so that the outcome is one.
+    using Candidate = std::pair<int, std::int32_t>;
+    std::priority_queue<Candidate> queue;
+    for (const std::int32_t t : tiles_[flow.from])
+      if (const int g = gain(t, flow.to); touches(g)) queue.emplace(g, -t);
+    double left = flow.amount;
+    while (!queue.empty() && left > 0.0 && tiles_[flow.from].size() > 1) {
+      const auto [old_gain, minus_t] = queue.top();
+      const std::int32_t t = -minus_t;
+      queue.pop();
+      if (part_[t] != flow.from) continue;
+      if (const int g = gain(t, flow.to); g != old_gain) {
+        queue.emplace(g, minus_t);
+        continue;
+      }
+      const auto weight = static_cast<double>(load_.weight[t]);
+      if (weight >= 2.0 * left) continue;  // nearer to the wanted flow without it
+      move(t, flow.to);
+      left -= weight;
+      for_each_neighbour(t, [&](std::int32_t other, int) {
+        if (part_[other] == flow.from) queue.emplace(gain(other, flow.to), -other);
+      });
+    }
+  }
+
+  bool relieve(int full) {
+    std::int32_t best = -1;
+    int best_gain = 0, best_part = -1;
+    for (const std::int32_t t : tiles_[full])
+      for_each_neighbour(t, [&](std::int32_t other, int) {
+        const int to = part_[other];
+        if (to == full || part_load_[to] + load_.weight[t] >= part_load_[full]) return;
+        const int g = gain(t, to);
+        if (best >= 0 && g <= best_gain) return;
+        best = t, best_gain = g, best_part = to;
+      });
+    if (best < 0 || tiles_[full].size() == 1) return false;
+    move(best, best_part);
+    return true;
+  }
+
+  const TileGraph& graph_;
+  const TileLoad& load_;
+  std::vector<std::int32_t> part_;
+  int n_parts_;
+  std::vector<std::vector<std::int32_t>> tiles_;  // of each part
+  std::vector<GlobalIndex> part_load_;
+  double mean_ = 0.0;
+};
+
+}  // namespace
+
+std::vector<std::int32_t> diffused(const TileGraph& graph, const TileLoad& load, std::vector<std::int32_t> part, int n_parts,
+                                   double tolerance) {
+  if (n_parts == 1 || graph.size() == 0) return part;
+  Diffusion diffusion(graph, load, std::move(part), n_parts);
+  std::vector<std::int32_t> best = diffusion.part();
+  double smallest = diffusion.largest();
+  const auto keep_if_better = [&] {
+    if (diffusion.largest() >= smallest) return false;
+    smallest = diffusion.largest();
+    best = diffusion.part();
+    return true;
+  };
+  for (int round = 0; round < max_rounds && smallest > tolerance; ++round) {
+    diffusion.round();
+    if (!keep_if_better()) break;
+  }
+  diffusion.polish(tolerance);
+  keep_if_better();
+  return best;
+}
+
+}  // namespace bulkley

@@ -1,0 +1,15 @@
+#pragma once
+// From uneven parts to even ones by moving few tiles.
+
+#include "tile_graph.hpp"
+
+namespace bulkley {
+
+/// `part` (of each tile of the load) with tiles moved across the borders of parts until the largest load is at most `tolerance`
+/// times the mean, or no further move helps. How much goes from part to part is the flow of least squares that evens
+/// the loads out (Hu, Blake & Emerson 1998); which tiles go is chosen for short borders. The largest load never grows, and no part
+/// loses its last tile. Deterministic.
+std::vector<std::int32_t> diffused(const TileGraph& graph, const TileLoad& load, std::vector<std::int32_t> part, int n_parts,
+                                   double tolerance);
+
+}  // namespace bulkley
