@@ -13,6 +13,7 @@
 #include "bulkley/io/history.hpp"
 #include "bulkley/io/status.hpp"
 #include "bulkley/io/text_file.hpp"
+#include "bulkley/solver/balancer.hpp"
 #include "bulkley/simulation_setup.hpp"
 #include "bulkley/version.hpp"
 #include "simulation_report.hpp"
@@ -39,6 +40,7 @@ class Simulation {
       if (!material.caveat.empty()) warn(fmt::format("material '{}': {}", material.name, material.caveat));
     const GlobalIndex restart_step = options_.restart ? restore() : start();
     clock_.first_step = state_.step;
+    balancer_ = std::make_unique<Balancer>(comm_, scene_.partition, state_.cost, state_.step);
     history_ = std::make_unique<History>(comm_, options_.folder, history_columns(), restart_step);
     frames_ = std::make_unique<FrameSeries>(comm_, options_.folder, restart_step);
     for (const std::string& warning : frames_->warnings()) warn(warning);
@@ -57,6 +59,7 @@ class Simulation {
   Request request();
   double next_output() const;
   void take_step();
+  void balance();
   void write_frame_if_due(bool landed);
   void write_history(const StepReport* report);
   void save_checkpoint();
@@ -74,6 +77,7 @@ class Simulation {
   const Scene& scene_;
   const RunOptions& options_;
   std::unique_ptr<Solver> solver_;
+  std::unique_ptr<Balancer> balancer_;
   std::unique_ptr<History> history_;
   std::unique_ptr<FrameSeries> frames_;
   SimulationState state_;
@@ -146,7 +150,7 @@ GlobalIndex Simulation::restore() {
   read_checkpoint(comm_, file, first, last - first, particles);
   const auto n_materials = static_cast<int>(scene_.materials.size());
   const TileCensus census = gather_census(comm_, take_census(scene_.grid, particles, n_materials));
-  Partition partition = first_partition(comm_, scene_, census, {});
+  Partition partition = first_partition(comm_, scene_, census, state_.cost);
   solver_ = std::make_unique<Solver>(comm_, physics_of(scene_), std::move(partition), std::move(particles), state_.bounds);
   last_checkpoint_ = file;
   checkpoint_step_ = state_.step;
@@ -187,12 +191,23 @@ void Simulation::take_step() {
   ++state_.step;
   state_.time = report_.plan.lands ? target : state_.time + report_.plan.dt;
   state_.last_step = report_.plan.dt;
-  state_.bounds = report_.bounds;
   state_.n_removed += report_.bounds.n_removed;
+  state_.n_migrated += report_.bounds.n_migrated;
+  balance();
+  state_.bounds = solver_->bounds();
   const double seconds = MPI_Wtime() - before;
   clock_.stepping += seconds;
   clock_.particle_steps += static_cast<double>(report_.bounds.n_particles);
   slowest_step_ = std::max(slowest_step_, seconds);
+}
+
+void Simulation::balance() {
+  const BalanceTotals before = balancer_->totals();
+  balancer_->after_step(*solver_, state_.step);
+  const BalanceTotals& after = balancer_->totals();
+  state_.n_repartitions += after.n_repartitions - before.n_repartitions;
+  state_.n_moved += after.n_moved - before.n_moved;
+  state_.cost = balancer_->cost();
 }
 
 void Simulation::write_frame_if_due(bool landed) {

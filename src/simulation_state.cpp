@@ -44,6 +44,17 @@ void for_each_number(State& state, Visit visit) {
   visit("bounds.n_particles", b.n_particles);
 }
 
+// What older checkpoints may lack; it keeps its default then.
+template <class State, class Visit>
+void for_each_late_number(State& state, Visit visit) {
+  visit("balance.n_repartitions", state.n_repartitions);
+  visit("balance.n_moved", state.n_moved);
+  visit("balance.n_migrated", state.n_migrated);
+  visit("cost.node", state.cost.node);
+}
+
+std::string particle_cost_name(std::size_t material) { return fmt::format("cost.particle_{}", material); }
+
 template <class Number>
 Number find_number(const std::map<std::string, Number>& numbers, const std::string& name) {
   const auto found = numbers.find(name);
@@ -54,12 +65,15 @@ Number find_number(const std::map<std::string, Number>& numbers, const std::stri
 }  // namespace
 
 void save_state(const SimulationState& state, Reals& reals, Integers& integers) {
-  for_each_number(state, [&]<class Number>(const char* name, const Number& number) {
+  const auto save = [&]<class Number>(const char* name, const Number& number) {
     if constexpr (std::is_same_v<Number, double>)
       reals[name] = number;
     else
       integers[name] = number;
-  });
+  };
+  for_each_number(state, save);
+  for_each_late_number(state, save);
+  for (std::size_t m = 0; m < state.cost.particle.size(); ++m) reals[particle_cost_name(m)] = state.cost.particle[m];
 }
 
 SimulationState load_state(GlobalIndex step, double time, const Reals& reals, const Integers& integers) {
@@ -72,6 +86,18 @@ SimulationState load_state(GlobalIndex step, double time, const Reals& reals, co
     else
       number = find_number(integers, name);
   });
+  for_each_late_number(state, [&]<class Number>(const char* name, Number& number) {
+    if constexpr (std::is_same_v<Number, double>) {
+      if (const auto found = reals.find(name); found != reals.end()) number = found->second;
+    } else {
+      if (const auto found = integers.find(name); found != integers.end()) number = found->second;
+    }
+  });
+  for (std::size_t m = 0;; ++m) {
+    const auto found = reals.find(particle_cost_name(m));
+    if (found == reals.end()) break;
+    state.cost.particle.push_back(found->second);
+  }
   return state;
 }
 

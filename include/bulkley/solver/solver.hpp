@@ -51,6 +51,7 @@ class Solver {
   const Partition& partition() const { return partition_; }
   const Grid& grid() const { return grid_; }
   PhaseTimes& times() { return times_; }
+  const PhaseTimes& times() const { return times_; }
   const Exchange& exchange() const { return *exchange_; }
   GlobalIndex n_rebuilds() const { return n_rebuilds_; }
   /// {v, m} of the owned nodes that the particles as they are give, boundaries applied; zero where no particle reaches.
