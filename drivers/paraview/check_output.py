@@ -3,9 +3,10 @@
 
     pvpython --force-offscreen-rendering drivers/paraview/check_output.py --run DIR [--particles N]
 
-Opens frames.xdmf, grid.xdmf and tiles.xdmf (if there) and the newest checkpoint's sidecar with both of ParaView's XDMF readers
-and compares points, cells, bounds, times, names, components and ranges of the fields with what the HDF5 files themselves say
-(read by h5py). Needs no display. Exit code: 0 all agree; 1 something differs, one sentence each; 2 nothing to check.
+Opens frames.xdmf, grid.xdmf and tiles.xdmf (if there) and the newest checkpoint's sidecar with both of ParaView's XDMF
+readers and compares points, cells, bounds, times, names, components and ranges of the fields with what the HDF5 files
+themselves say (read by h5py). Needs no display. Exit code: 0 all agree; 1 something differs, one sentence each; 2 nothing to
+check.
 """
 
 import argparse

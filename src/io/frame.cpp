@@ -43,7 +43,7 @@ void add_grid(FileContent& content, const GridNodes& nodes, FloatPrecision preci
 }
 
 // A tile is drawn where its particles lie; its nodes begin half a cell (quadratic splines) or a cell (cubic) below. Along a
-// periodic axis the last tile reaches beyond the upper face: the particles there lie between the lower face and the first tile.
+// periodic axis the last tile reaches beyond the upper face: its particles there lie between lower face and first tile.
 void add_tiles(const Comm& comm, FileContent& content, const TileValues& tiles) {
   const GridGeometry& grid = tiles.geometry;
   std::vector<double> origin;

@@ -1,9 +1,9 @@
 #pragma once
 // Visual output: what a run looks like at one time, for ParaView.
 //
-// frame_<index>.h5 holds /particles (position and the fields that the scene asks for) and, if asked for, /grid and /tiles; the
-// time series are frames.xdmf, grid.xdmf and tiles.xdmf. Frames are for looking at: float32 by default, and never read back by
-// a run.
+// frame_<index>.h5 holds /particles (position and the fields that the scene asks for) and, if asked for, /grid and /tiles;
+// the time series are frames.xdmf, grid.xdmf and tiles.xdmf. Frames are for looking at: float32 by default, and never read
+// back by a run.
 
 #include <optional>
 #include <span>

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A whole run opened by the real ParaView: particle counts, bounds, times and names of fields through both of its readers."""
+"""A whole run opened by the real ParaView: particle counts, bounds, times and field names through both of its readers."""
 
 import pathlib
 import subprocess
@@ -17,7 +17,7 @@ def main():
     program, work = start(arguments)
 
     run = program.run(["run", str(SCENE), "--out", "run", "--set", "time.end=0.02", "--set", "output.grid=true",
-                       "--set", "output.tiles=true", "--set", 'output.fields=["velocity","material","cauchy_stress","rank"]'],
+                       "--set", "output.tiles=true", "--set", 'output.fields=["velocity","cauchy_stress","rank"]'],
                       3, work, 120)
     if run.code != 0:
         fail(f"the run ended with {run.code}", run)

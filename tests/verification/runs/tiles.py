@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Ranks and tiles in the frames of a whole run: who works on a tile holds its particles, also after a restart on fewer ranks."""
+"""Ranks and tiles in the frames of a run: who works on a tile holds its particles, also after a restart on fewer ranks."""
 
 import pathlib
 import sys
@@ -42,8 +42,9 @@ def main():
     program, work = start(parse_arguments(__doc__))
 
     def run(ranks, *more):
-        outcome = program.run(["run", str(SCENE), "--out", "run", "--set", "output.tiles=true", "--set", "output.precision=float64",
-                               "--set", 'output.fields=["rank"]', *more], ranks, work, 120)
+        outcome = program.run(["run", str(SCENE), "--out", "run", "--set", "output.tiles=true",
+                               "--set", "output.precision=float64", "--set", 'output.fields=["rank"]', *more],
+                              ranks, work, 120)
         if outcome.code != 0:
             fail(f"the run on {ranks} ranks ended with {outcome.code}", outcome)
 
