@@ -61,6 +61,7 @@ class Simulation {
   void take_step();
   void balance();
   void write_frame_if_due(bool landed);
+  void write_frame_now(const TileValues* tiles);
   void write_history(const StepReport* report);
   void save_checkpoint();
   bool checkpoint_due(Request request) const;
@@ -214,7 +215,21 @@ void Simulation::write_frame_if_due(bool landed) {
   const double interval = scene_.output.frame_interval;
   if (interval <= 0.0 || !landed || state_.time < static_cast<double>(state_.next_frame) * interval) return;
   const double before = MPI_Wtime();
-  FrameInfo info{state_.next_frame, state_.step, state_.time, 0};
+  if (scene_.output.tiles) {
+    const std::vector<GlobalIndex> particles = present_load(comm_, scene_.grid, solver_->particles());
+    const std::vector<double> load(particles.begin(), particles.end());  // a tile is reckoned to cost what its particles are
+    const TileValues tiles{scene_.grid, solver_->partition().worker, particles, load};
+    write_frame_now(&tiles);
+  } else {
+    write_frame_now(nullptr);
+  }
+  frames_->add(comm_, state_.next_frame);
+  ++state_.next_frame;
+  clock_.output += MPI_Wtime() - before;
+}
+
+void Simulation::write_frame_now(const TileValues* tiles) {
+  const FrameInfo info{state_.next_frame, state_.step, state_.time, 0};
   if (scene_.output.grid) {
     const VecHandle values = solver_->node_values();
     const PetscScalar* data = nullptr;
@@ -224,14 +239,11 @@ void Simulation::write_frame_if_due(bool landed) {
                           grid.first(),
                           grid.count(),
                           {reinterpret_cast<const Node*>(data), static_cast<std::size_t>(grid.n_owned())}};
-    write_frame(comm_, options_.folder, info, solver_->particles(), scene_.materials, scene_.output, &nodes);
+    write_frame(comm_, options_.folder, info, solver_->particles(), scene_.materials, scene_.output, &nodes, tiles);
     BULKLEY_PETSC(VecRestoreArrayRead(values.get(), &data));
   } else {
-    write_frame(comm_, options_.folder, info, solver_->particles(), scene_.materials, scene_.output, nullptr);
+    write_frame(comm_, options_.folder, info, solver_->particles(), scene_.materials, scene_.output, nullptr, tiles);
   }
-  frames_->add(comm_, state_.next_frame);
-  ++state_.next_frame;
-  clock_.output += MPI_Wtime() - before;
 }
 
 void Simulation::write_history(const StepReport* report) {

@@ -3,9 +3,10 @@
 
     pvpython --force-offscreen-rendering drivers/paraview/check_output.py --run DIR [--particles N]
 
-Opens frames.xdmf, grid.xdmf (if there) and the newest checkpoint's sidecar with both of ParaView's XDMF readers and compares
-points, cells, bounds, times, names, components and ranges of the fields with what the HDF5 files themselves say (read by
-h5py). Needs no display. Exit code: 0 all agree; 1 something differs, one sentence each; 2 nothing to check.
+Opens frames.xdmf, grid.xdmf and tiles.xdmf (if there) and the newest checkpoint's sidecar with both of ParaView's XDMF
+readers and compares points, cells, bounds, times, names, components and ranges of the fields with what the HDF5 files
+themselves say (read by h5py). Needs no display. Exit code: 0 all agree; 1 something differs, one sentence each; 2 nothing to
+check.
 """
 
 import argparse
@@ -34,8 +35,11 @@ class Moment:
         with h5py.File(self.file, "r") as data:
             if abs(float(data.attrs["time"]) - self.time) > TOLERANCE * abs(self.time):
                 raise ValueError(f"{self.file.name} is of time {data.attrs['time']}, the series says {self.time}")
-            if element.get("Name") == "grid":
-                self.read_grid(data)
+            self.on_cells = element.get("Name") == "tiles"
+            if self.on_cells:
+                self.read_mesh(data["tiles"], "tile_size")
+            elif element.get("Name") == "grid":
+                self.read_mesh(data["grid"], "cell_size")
             else:
                 self.read_particles(data)
 
@@ -47,20 +51,18 @@ class Moment:
         self.fields = {name: ranges(array, self.n_points) for name, array in group.items()
                        if name not in ("position", "connectivity")}
 
-    def read_grid(self, data):
-        group = data["grid"]
-        shape = next(iter(group.values())).shape[:3]
-        self.n_points = int(numpy.prod(shape))
-        self.n_cells = int(numpy.prod([n - 1 for n in shape]))
+    def read_mesh(self, group, spacing):
+        shape = numpy.array(next(iter(group.values())).shape[:3])
+        cells = shape if self.on_cells else shape - 1
+        self.n_points, self.n_cells = int(numpy.prod(cells + 1)), int(numpy.prod(cells))
         lower = numpy.array(group.attrs["origin"])
-        upper = lower + group.attrs["cell_size"] * (numpy.array(shape[::-1]) - 1)
-        self.bounds = numpy.column_stack([lower, upper]).ravel()
-        self.fields = {name: ranges(array, self.n_points) for name, array in group.items()}
+        self.bounds = numpy.column_stack([lower, lower + group.attrs[spacing] * cells[::-1]]).ravel()
+        self.fields = {name: ranges(array, int(numpy.prod(shape))) for name, array in group.items()}
 
 
-def ranges(array, n_points):
+def ranges(array, n_values):
     """Smallest and largest value of each component, (components, 2)."""
-    values = array[:].reshape(n_points, -1)
+    values = array[:].reshape(n_values, -1)
     return numpy.column_stack([values.min(axis=0), values.max(axis=0)]).astype(float)
 
 
@@ -71,7 +73,7 @@ def close(a, b):
 
 
 def check(path, faults):
-    """Compares every moment of one XDMF file under both readers; returns the number of particles or nodes seen last."""
+    """Compares every moment of one XDMF file under both readers; returns the number of points seen last."""
     moments = [Moment(path.parent, grid) for grid in ElementTree.parse(path).iter("Grid") if grid.find("Time") is not None]
     for reader_name, make_reader in READERS.items():
         fault = lambda sentence: faults.append(f"{path.name}, {reader_name}: {sentence}")
@@ -90,7 +92,7 @@ def check(path, faults):
                     fault(f"{found} {what} at time {moment.time}, should be {expected}")
             if not close(seen.GetBounds(), moment.bounds):
                 fault(f"bounds at time {moment.time} are {seen.GetBounds()} and should be {tuple(moment.bounds)}")
-            arrays = {array.Name: array for array in reader.PointData.values()}
+            arrays = {array.Name: array for array in (reader.CellData if moment.on_cells else reader.PointData).values()}
             if set(arrays) != set(moment.fields):
                 fault(f"fields at time {moment.time} are {sorted(arrays)} and should be {sorted(moment.fields)}")
             for name in set(arrays) & set(moment.fields):
@@ -99,7 +101,7 @@ def check(path, faults):
                     expected = moment.fields[name].tolist()
                     fault(f"the range of {name} at time {moment.time} is {found} and should be {expected}")
         simple.Delete(reader)
-    print(f"{path.name}: {len(moments)} moments, {moments[-1].n_points} points in the last")
+    print(f"{path.name}: {len(moments)} moments, {moments[-1].n_points} points and {moments[-1].n_cells} cells in the last")
     return moments[-1].n_points
 
 
@@ -110,14 +112,15 @@ def main():
     options = parser.parse_args()
 
     checkpoints = sorted(options.run.glob("checkpoint_*.xdmf"))
-    paths = [path for path in (options.run / "frames.xdmf", options.run / "grid.xdmf", *checkpoints[-1:]) if path.exists()]
+    meshes = [options.run / "grid.xdmf", options.run / "tiles.xdmf"]
+    paths = [path for path in (options.run / "frames.xdmf", *meshes, *checkpoints[-1:]) if path.exists()]
     if not paths:
-        print(f"check_output.py: there is no frames.xdmf, grid.xdmf or checkpoint in '{options.run}'", file=sys.stderr)
+        print(f"check_output.py: there are no frames and no checkpoint in '{options.run}'", file=sys.stderr)
         return 2
     faults = []
     for path in paths:
         n_points = check(path, faults)
-        if options.particles is not None and path.name != "grid.xdmf" and n_points != options.particles:
+        if options.particles is not None and path not in meshes and n_points != options.particles:
             faults.append(f"{path.name}: {n_points} particles, should be {options.particles}")
     for sentence in faults:
         print(sentence, file=sys.stderr)

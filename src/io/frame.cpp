@@ -16,6 +16,7 @@ namespace {
 const std::string prefix = "frame_";
 constexpr const char* particle_series = "frames.xdmf";
 constexpr const char* grid_series = "grid.xdmf";
+constexpr const char* tile_series = "tiles.xdmf";
 
 std::string file_name(GlobalIndex index, const char* suffix) { return fmt::format("{}{:06}{}", prefix, index, suffix); }
 
@@ -33,6 +34,26 @@ void write_sidecar(const std::string& file, GlobalIndex n_particles) {
     write_text_atomically(sidecar_of(file), xdmf_series(std::vector{xdmf_particles(Hdf5Reader(file))}));
 }
 
+void add_grid(FileContent& content, const GridNodes& nodes, FloatPrecision precision) {
+  const GridGeometry& grid = nodes.geometry;
+  const std::vector<double> origin{grid.node_coordinate(0, 0), grid.node_coordinate(1, 0), grid.node_coordinate(2, 0)};
+  content.attributes.push_back({"/grid", "origin", origin});
+  content.attributes.push_back({"/grid", "cell_size", grid.cell_size});
+  for (Array& array : grid_arrays(nodes, precision)) content.arrays.push_back(std::move(array));
+}
+
+// A tile is drawn where its particles lie; its nodes begin half a cell (quadratic splines) or a cell (cubic) below. Along a
+// periodic axis the last tile reaches beyond the upper face: its particles there lie between lower face and first tile.
+void add_tiles(const Comm& comm, FileContent& content, const TileValues& tiles) {
+  const GridGeometry& grid = tiles.geometry;
+  std::vector<double> origin;
+  for (int axis = 0; axis < 3; ++axis)
+    origin.push_back(grid.lower[axis] + (grid.base_shift() - grid.node_offset(axis)) * grid.cell_size);
+  content.attributes.push_back({"/tiles", "origin", origin});
+  content.attributes.push_back({"/tiles", "tile_size", tile_width * grid.cell_size});
+  for (Array& array : tile_arrays(comm, tiles)) content.arrays.push_back(std::move(array));
+}
+
 std::vector<std::string> names_of(std::span<const NamedMaterial> materials) {
   std::vector<std::string> names;
   for (const NamedMaterial& material : materials) names.push_back(material.name);
@@ -44,7 +65,8 @@ std::vector<std::string> names_of(std::span<const NamedMaterial> materials) {
 std::string frame_path(const std::string& folder, GlobalIndex index) { return path_in(folder, file_name(index, ".h5")); }
 
 void write_frame(const Comm& comm, const std::string& folder, const FrameInfo& info, const ParticleSet& particles,
-                 std::span<const NamedMaterial> materials, const OutputSettings& settings, const GridNodes* nodes) {
+                 std::span<const NamedMaterial> materials, const OutputSettings& settings, const GridNodes* nodes,
+                 const TileValues* tiles) {
   const ParticleRange range = particle_range(comm, particles);
   double largest_volume = 0.0;
   for (LocalIndex p = 0; p < particles.size(); ++p)
@@ -58,17 +80,11 @@ void write_frame(const Comm& comm, const std::string& folder, const FrameInfo& i
                         {"/", "materials", join_lines(names_of(materials))},
                         {"/", "largest_reference_volume", max_global(comm, largest_volume)},
                         {"/particles", "about", std::string("one row a particle; order without meaning")}};
-  content.arrays = {frame_array("position", settings.precision, range, particles), connectivity_array(range)};
+  content.arrays = {frame_array("position", settings.precision, range, particles, comm.rank()), connectivity_array(range)};
   for (const std::string& name : settings.fields)
-    if (name != "position") content.arrays.push_back(frame_array(name, settings.precision, range, particles));
-  if (nodes) {
-    const GridGeometry& grid = nodes->geometry;
-    content.attributes.push_back(
-        {"/grid", "origin",
-         std::vector<double>{grid.node_coordinate(0, 0), grid.node_coordinate(1, 0), grid.node_coordinate(2, 0)}});
-    content.attributes.push_back({"/grid", "cell_size", grid.cell_size});
-    for (Array& array : grid_arrays(*nodes, settings.precision)) content.arrays.push_back(std::move(array));
-  }
+    if (name != "position") content.arrays.push_back(frame_array(name, settings.precision, range, particles, comm.rank()));
+  if (nodes) add_grid(content, *nodes, settings.precision);
+  if (tiles) add_tiles(comm, content, *tiles);
 
   const std::string file = frame_path(folder, info.index);
   write_array_file(comm, file, content);
@@ -121,21 +137,23 @@ void FrameSeries::include(const std::string& file) {
   };
   std::erase_if(particles_, is_this);  // written again: the new one counts
   std::erase_if(grids_, is_this);
+  std::erase_if(tiles_, is_this);
   if (info.n_particles > 0) particles_.push_back(xdmf_particles(reader));
   if (reader.has("/grid")) grids_.push_back(xdmf_grid(reader));
+  if (reader.has("/tiles")) tiles_.push_back(xdmf_tiles(reader));
   next_index_ = std::max(next_index_, info.index + 1);
 }
 
 void FrameSeries::write() const {
-  // A series of nothing cannot be opened.
-  if (particles_.empty())
-    remove_file(path_in(folder_, particle_series));
-  else
-    write_text_atomically(path_in(folder_, particle_series), xdmf_series(particles_));
-  if (grids_.empty())
-    remove_file(path_in(folder_, grid_series));
-  else
-    write_text_atomically(path_in(folder_, grid_series), xdmf_series(grids_));
+  const auto write_series = [&](const char* name, const auto& series) {
+    if (series.empty())
+      remove_file(path_in(folder_, name));  // a series of nothing cannot be opened
+    else
+      write_text_atomically(path_in(folder_, name), xdmf_series(series));
+  };
+  write_series(particle_series, particles_);
+  write_series(grid_series, grids_);
+  write_series(tile_series, tiles_);
 }
 
 }  // namespace bulkley

@@ -51,13 +51,15 @@ void density(const ParticleSet& particles, LocalIndex p, double* out) {
   out[0] = particles.real(Field::mass)[p] / particles.real(Field::reference_volume)[p] * inverse_volume_ratio(particles, p);
 }
 
-constexpr RealField derived_fields[] = {  // in the order of derived_frame_fields
+// In the order of derived_frame_fields, of which the last is no real number.
+constexpr RealField derived_fields[] = {
     {derived_frame_fields[0], "Pa", "-tr(tau) / (3 J)", 1, pressure},
     {derived_frame_fields[1], "Pa", "||dev tau|| / J", 1, deviatoric_stress},
     {derived_frame_fields[2], "Pa", "tau / J, row-major", 9, cauchy_stress},
     {derived_frame_fields[3], "kg/m^3", "m_p / (V_p^0 J)", 1, density},
 };
-static_assert(std::size(derived_fields) == derived_frame_fields.size());
+constexpr const char* rank_field = derived_frame_fields.back();
+static_assert(std::size(derived_fields) + 1 == derived_frame_fields.size());
 
 void store_reals(const double* values, int n, FloatPrecision precision, std::byte*& out) {
   for (int c = 0; c < n; ++c) {
@@ -91,6 +93,16 @@ Array derived_array(const RealField& field, FloatPrecision precision, const Part
   return array;
 }
 
+Array rank_array(const ParticleRange& range, std::int32_t rank) {
+  Array array = particle_array(rank_field, ArrayType::int32, 1, range);
+  array.unit = "1";
+  array.meaning = "rank that holds the particle";
+  array.fill = [rank](GlobalIndex, GlobalIndex n, std::byte* out) {
+    std::fill_n(reinterpret_cast<std::int32_t*>(out), n, rank);
+  };
+  return array;
+}
+
 /// A field of the table; six components become the nine of a full tensor, which is what viewers agree on.
 Array table_array(const FieldInfo& field, FloatPrecision precision, const ParticleRange& range,
                   const ParticleSet& particles) {
@@ -116,7 +128,7 @@ Array table_array(const FieldInfo& field, FloatPrecision precision, const Partic
 }  // namespace
 
 Array frame_array(const std::string& name, FloatPrecision precision, const ParticleRange& range,
-                  const ParticleSet& particles) {
+                  const ParticleSet& particles, std::int32_t rank) {
   for (const FieldInfo& field : field_table) {
     if (!field.written || name != field.name) continue;
     if (particles.has(field.field)) return table_array(field, precision, range, particles);
@@ -124,6 +136,7 @@ Array frame_array(const std::string& name, FloatPrecision precision, const Parti
   }
   for (const RealField& field : derived_fields)
     if (name == field.name) return derived_array(field, precision, range, particles);
+  if (name == rank_field) return rank_array(range, rank);
   throw UsageError(
       fmt::format("output.fields: there is no field '{}'; the fields are {}", name, fmt::join(frame_field_names(), ", ")));
 }
@@ -176,6 +189,48 @@ std::vector<Array> grid_arrays(const GridNodes& nodes, FloatPrecision precision)
     });
   };
   return {mass, velocity};
+}
+
+namespace {
+
+/// z-planes of tiles that this rank writes; a rank may have none.
+struct Planes {
+  GlobalIndex first, count;
+};
+
+template <class Value>
+Array tile_array(const char* name, ArrayType type, const GridGeometry& grid, Planes planes, std::span<const Value> values) {
+  BULKLEY_ASSERT(std::ssize(values) == grid.n_tiles());
+  Array array;
+  array.path = std::string("/tiles/") + name;
+  array.type = type;
+  array.shape = {grid.n_tiles(2), grid.n_tiles(1), grid.n_tiles(0)};
+  array.start = {planes.first, 0, 0};
+  array.count = {planes.count, grid.n_tiles(1), grid.n_tiles(0)};
+  array.unit = "1";
+  array.fill = [grid, planes, values](GlobalIndex first, GlobalIndex n, std::byte* out) {
+    const int lowest = static_cast<int>(planes.first + first);
+    for (int k = lowest; k < lowest + static_cast<int>(n); ++k)
+      for (int j = 0; j < grid.n_tiles(1); ++j)
+        for (int i = 0; i < grid.n_tiles(0); ++i, out += sizeof(Value))
+          std::memcpy(out, &values[static_cast<std::size_t>(grid.tile_index({i, j, k}))], sizeof(Value));
+  };
+  return array;
+}
+
+}  // namespace
+
+std::vector<Array> tile_arrays(const Comm& comm, const TileValues& tiles) {
+  const GridGeometry& grid = tiles.geometry;
+  const GlobalIndex n_planes = grid.n_tiles(2), first = n_planes * comm.rank() / comm.size();
+  const Planes planes{first, n_planes * (comm.rank() + 1) / comm.size() - first};
+  std::vector<Array> arrays{tile_array("rank", ArrayType::int32, grid, planes, tiles.rank),
+                            tile_array("particles", ArrayType::int64, grid, planes, tiles.particles),
+                            tile_array("load", ArrayType::float64, grid, planes, tiles.load)};
+  arrays[0].meaning = "rank that works on the tile";
+  arrays[1].meaning = "particles in the tile";
+  arrays[2].meaning = "what the tile is reckoned to cost";
+  return arrays;
 }
 
 }  // namespace bulkley

@@ -49,12 +49,13 @@ const char* attribute_type(const ArrayInfo& array, std::size_t axes) {
   }
 }
 
-std::string attributes(const std::string& file, const std::vector<XdmfField>& fields, std::size_t axes) {
+std::string attributes(const std::string& file, const std::vector<XdmfField>& fields, std::size_t axes, XdmfCenter center) {
   std::string text;
   for (const XdmfField& field : fields)
     text += fmt::format(
-        "        <Attribute Name=\"{}\" AttributeType=\"{}\" Center=\"Node\">\n          {}\n        </Attribute>\n",
-        field.name, attribute_type(field.array, axes), data_item(file, field.array));
+        "        <Attribute Name=\"{}\" AttributeType=\"{}\" Center=\"{}\">\n          {}\n        </Attribute>\n",
+        field.name, attribute_type(field.array, axes), center == XdmfCenter::node ? "Node" : "Cell",
+        data_item(file, field.array));
   return text;
 }
 
@@ -70,11 +71,12 @@ std::string moment(const XdmfParticles& particles) {
 {}      </Grid>
 )",
                      particles.time, particles.position.shape[0], data_item(particles.file, particles.connectivity),
-                     data_item(particles.file, particles.position), attributes(particles.file, particles.fields, 1));
+                     data_item(particles.file, particles.position),
+                     attributes(particles.file, particles.fields, 1, XdmfCenter::node));
 }
 
 std::string moment(const XdmfGrid& grid) {
-  return fmt::format(R"(      <Grid Name="grid" GridType="Uniform">
+  return fmt::format(R"(      <Grid Name="{}" GridType="Uniform">
         <Time Value="{}"/>
         <Topology TopologyType="3DCoRectMesh" Dimensions="{}"/>
         <Geometry GeometryType="ORIGIN_DXDYDZ">
@@ -83,8 +85,8 @@ std::string moment(const XdmfGrid& grid) {
         </Geometry>
 {}      </Grid>
 )",
-                     grid.time, fmt::join(grid.n_nodes, " "), grid.origin[2], grid.origin[1], grid.origin[0], grid.cell_size,
-                     grid.cell_size, grid.cell_size, attributes(grid.file, grid.fields, 3));
+                     grid.name, grid.time, fmt::join(grid.n_nodes, " "), grid.origin[2], grid.origin[1], grid.origin[0],
+                     grid.cell_size, grid.cell_size, grid.cell_size, attributes(grid.file, grid.fields, 3, grid.center));
 }
 
 std::string document(const std::string& body) {
@@ -92,7 +94,7 @@ std::string document(const std::string& body) {
 }
 
 template <class Moment>
-std::string series_document(const char* name, std::span<const Moment> series) {
+std::string series_document(const std::string& name, std::span<const Moment> series) {
   std::string body = fmt::format("    <Grid Name=\"{}\" GridType=\"Collection\" CollectionType=\"Temporal\">\n", name);
   for (const Moment& one : series) body += moment(one);
   return document(body + "    </Grid>\n");
@@ -101,7 +103,7 @@ std::string series_document(const char* name, std::span<const Moment> series) {
 }  // namespace
 
 std::string xdmf_series(std::span<const XdmfParticles> series) { return series_document("particles", series); }
-std::string xdmf_series(std::span<const XdmfGrid> series) { return series_document("grid", series); }
+std::string xdmf_series(std::span<const XdmfGrid> series) { return series_document(series.front().name, series); }
 
 XdmfParticles xdmf_particles(const Hdf5Reader& file) {
   XdmfParticles particles{std::filesystem::path(file.path()).filename().string(),
@@ -114,18 +116,34 @@ XdmfParticles xdmf_particles(const Hdf5Reader& file) {
   return particles;
 }
 
-XdmfGrid xdmf_grid(const Hdf5Reader& file) {
+namespace {
+
+/// The mesh of group /`name`, whose members' first axes are `n_nodes`.
+XdmfGrid regular_mesh(const Hdf5Reader& file, const std::string& name, const char* spacing) {
+  const std::string group = "/" + name;
   XdmfGrid grid;
+  grid.name = name;
   grid.file = std::filesystem::path(file.path()).filename().string();
   grid.time = file.real("/", "time");
-  grid.origin = file.reals("/grid", "origin");
-  grid.cell_size = file.real("/grid", "cell_size");
-  for (const std::string& name : file.members("/grid")) {
-    grid.fields.push_back({name, file.array("/grid/" + name)});
+  grid.origin = file.reals(group, "origin");
+  grid.cell_size = file.real(group, spacing);
+  for (const std::string& member : file.members(group)) {
+    grid.fields.push_back({member, file.array(group + "/" + member)});
     grid.n_nodes = grid.fields.back().array.shape;
   }
   grid.n_nodes.resize(3);
   return grid;
+}
+
+}  // namespace
+
+XdmfGrid xdmf_grid(const Hdf5Reader& file) { return regular_mesh(file, "grid", "cell_size"); }
+
+XdmfGrid xdmf_tiles(const Hdf5Reader& file) {
+  XdmfGrid tiles = regular_mesh(file, "tiles", "tile_size");
+  tiles.center = XdmfCenter::cell;
+  for (GlobalIndex& n : tiles.n_nodes) ++n;
+  return tiles;
 }
 
 }  // namespace bulkley

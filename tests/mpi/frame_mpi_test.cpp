@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "bulkley/io/array_file.hpp"
 #include "bulkley/io/checkpoint.hpp"
@@ -37,8 +38,10 @@ class Frame : public testing::Test {
   SharedFolder folder{comm};
   OutputSettings settings;
 
-  std::string write(GlobalIndex index, GlobalIndex step, double time, GlobalIndex n, const GridNodes* nodes = nullptr) {
-    write_frame(comm, folder.path(), {index, step, time, 0}, make_uneven_particles(comm, n), materials, settings, nodes);
+  std::string write(GlobalIndex index, GlobalIndex step, double time, GlobalIndex n, const GridNodes* nodes = nullptr,
+                    const TileValues* tiles = nullptr) {
+    write_frame(comm, folder.path(), {index, step, time, 0}, make_uneven_particles(comm, n), materials, settings, nodes,
+                tiles);
     return frame_path(folder.path(), index);
   }
   // The root's copy of a text file, on every rank.
@@ -100,10 +103,23 @@ TEST_F(Frame, HoldsWhatTheSettingsSay) {
   }
 }
 
+TEST_F(Frame, SaysWhichRankHoldsAParticle) {
+  settings.fields = {"id", "rank"};
+  const Hdf5Reader file(write(0, 0, 0.0, 500));
+  const auto id = whole_array<GlobalIndex>(file, "/particles/id");
+  const auto rank = whole_array<std::int32_t>(file, "/particles/rank");
+  const ParticleSet mine = make_uneven_particles(comm, 500);
+  std::vector<bool> is_mine(500, false);
+  for (LocalIndex p = 0; p < mine.size(); ++p) is_mine[static_cast<std::size_t>(mine.id()[p])] = true;
+  ASSERT_EQ(rank.size(), 500u);
+  for (std::size_t p = 0; p < 500; ++p)
+    EXPECT_EQ(rank[p] == comm.rank(), is_mine[static_cast<std::size_t>(id[p])]) << "particle " << id[p];
+}
+
 TEST_F(Frame, SinglePrecisionKeepsIdsWhole) {
   settings.fields = {"id", "velocity"};
   const GlobalIndex large = (GlobalIndex{1} << 40) + 1;  // neither a float nor 32 bits hold it
-  write_frame(comm, folder.path(), {}, make_particles(large + 10 * comm.rank(), 10), materials, settings, nullptr);
+  write_frame(comm, folder.path(), {}, make_particles(large + 10 * comm.rank(), 10), materials, settings, nullptr, nullptr);
   const Hdf5Reader file(frame_path(folder.path(), 0));
   EXPECT_EQ(file.array("/particles/velocity").type, ArrayType::float32);
   EXPECT_EQ(whole_array<GlobalIndex>(file, "/particles/id").back(), large + 10 * comm.size() - 1);
@@ -169,6 +185,106 @@ TEST_F(Frame, GridFileIsInZyxOrder) {
   const std::string text = text_of("grid.xdmf");
   EXPECT_NE(text.find("Dimensions=\"4 16 12\""), std::string::npos) << text;
   EXPECT_NE(text.find(">3 1.5 0.5<"), std::string::npos) << text;
+}
+
+/// Tiles of a grid of which particles of make_particles, all in [1, 2)^3, fill a part; z is periodic.
+struct SampleTiles {
+  SampleTiles(const Comm& comm, SplineOrder order, GlobalIndex n) {
+    geometry.lower = Vec3(1.0, 0.75, 1.0);
+    geometry.cell_size = 0.125;
+    geometry.n_cells = {8, 12, 16};
+    geometry.periodic = {false, false, true};
+    geometry.order = order;
+    particles.resize(static_cast<std::size_t>(geometry.n_tiles()), 0);
+    const ParticleSet mine = make_uneven_particles(comm, n);
+    for (LocalIndex p = 0; p < mine.size(); ++p)
+      ++particles[static_cast<std::size_t>(geometry.tile_of(mine.vector(Field::position, p)))];
+    MPI_Allreduce(MPI_IN_PLACE, particles.data(), static_cast<int>(particles.size()), MPI_INT64_T, MPI_SUM, comm.get());
+    for (TileIndex tile = 0; tile < geometry.n_tiles(); ++tile) {
+      rank.push_back(7 * tile % 5);
+      load.push_back(0.1 * tile);
+    }
+  }
+  TileValues values() const { return {geometry, rank, particles, load}; }
+
+  GridGeometry geometry;
+  std::vector<std::int32_t> rank;
+  std::vector<GlobalIndex> particles;
+  std::vector<double> load;
+};
+
+TEST_F(Frame, TileFileIsInZyxOrder) {
+  const SampleTiles tiles(comm, SplineOrder::quadratic, 500);
+  const TileValues values = tiles.values();
+  const Hdf5Reader file(write(0, 0, 0.0, 500, nullptr, &values));  // there are four z-planes: with 8 ranks some write none
+  describe_file(comm, frame_path(folder.path(), 0));               // throws if a checksum is wrong
+  const auto rank = whole_array<std::int32_t>(file, "/tiles/rank");
+  const auto particles = whole_array<GlobalIndex>(file, "/tiles/particles");
+  const auto load = whole_array<double>(file, "/tiles/load");
+  for (const char* name : {"/tiles/rank", "/tiles/particles", "/tiles/load"})
+    EXPECT_EQ(file.array(name).shape, (Extents{4, 4, 3})) << name;
+  std::size_t n = 0;
+  for (int k = 0; k < 4; ++k)
+    for (int j = 0; j < 4; ++j)
+      for (int i = 0; i < 3; ++i, ++n) {
+        const int tile = (i * 4 + j) * 4 + k;
+        EXPECT_EQ(rank[n], 7 * tile % 5);
+        EXPECT_EQ(particles[n], tiles.particles[static_cast<std::size_t>(tile)]);
+        EXPECT_EQ(load[n], 0.1 * tile);
+      }
+}
+
+// Particles counted in the boxes that a viewer draws are those of the tiles.
+TEST_F(Frame, TilesAreDrawnWhereTheirParticlesLie) {
+  settings.precision = FloatPrecision::float64;
+  for (const SplineOrder order : {SplineOrder::quadratic, SplineOrder::cubic}) {
+    const SampleTiles tiles(comm, order, 2000);
+    const TileValues values = tiles.values();
+    const Hdf5Reader file(write(0, 0, 0.0, 2000, nullptr, &values));
+    const auto position = whole_array<double>(file, "/particles/position");
+    const std::vector<double> origin = file.reals("/tiles", "origin");
+    const double size = file.real("/tiles", "tile_size");
+    std::vector<GlobalIndex> counted(tiles.particles.size(), 0);
+    for (std::size_t p = 0; p < 2000; ++p) {
+      int box[3];
+      for (std::size_t a = 0; a < 3; ++a) box[a] = static_cast<int>(std::floor((position[3 * p + a] - origin[a]) / size));
+      if (box[2] < 0) box[2] += 4;  // periodic
+      ASSERT_TRUE(box[0] >= 0 && box[0] < 3 && box[1] >= 0 && box[1] < 4 && box[2] < 4);
+      ++counted[static_cast<std::size_t>((box[2] * 4 + box[1]) * 3 + box[0])];
+    }
+    EXPECT_EQ(counted, whole_array<GlobalIndex>(file, "/tiles/particles"));
+    EXPECT_GT(std::accumulate(counted.end() - 3 * 4, counted.end(), GlobalIndex{0}), 0)
+        << "none below the first tile along z";
+  }
+}
+
+TEST_F(Frame, SeriesOfTilesFollowsTheRun) {
+  const SampleTiles tiles(comm, SplineOrder::quadratic, 500);
+  const TileValues values = tiles.values();
+  FrameSeries series(comm, folder.path(), -1);
+  write(0, 0, 0.0, 500);
+  series.add(comm, 0);
+  EXPECT_FALSE(folder.has("tiles.xdmf"));
+  for (const GlobalIndex index : {1, 2}) {
+    write(index, 100 * index, 0.1 * static_cast<double>(index), 500, nullptr, &values);
+    series.add(comm, index);
+  }
+  series.add(comm, 2);  // the same frame twice counts once
+  std::string text = text_of("tiles.xdmf");
+  EXPECT_EQ(count(text, "<Time "), 2) << text;
+  EXPECT_EQ(count(text, "Dimensions=\"5 5 4\""), 2) << "nodes of the mesh; tiles are its cells";
+  EXPECT_EQ(count(text, "Center=\"Cell\""), 6);
+  EXPECT_EQ(count(text, "Center=\"Node\""), 0);
+  EXPECT_NE(text.find(">1.0625 0.6875 0.9375<"), std::string::npos) << "half a cell above the face along z only";
+  EXPECT_NE(text.find("frame_000001.h5:/tiles/rank"), std::string::npos);
+
+  const FrameSeries again(comm, folder.path(), 150);  // restarted from step 150
+  text = text_of("tiles.xdmf");
+  EXPECT_EQ(count(text, "<Time "), 1);
+  EXPECT_NE(text.find("frame_000001.h5:/tiles/rank"), std::string::npos);
+
+  const FrameSeries fresh(comm, folder.path(), -1);
+  EXPECT_FALSE(folder.has("tiles.xdmf"));
 }
 
 TEST_F(Frame, SeriesFollowsTheRun) {

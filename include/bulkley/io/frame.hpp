@@ -1,8 +1,9 @@
 #pragma once
 // Visual output: what a run looks like at one time, for ParaView.
 //
-// frame_<index>.h5 holds /particles (position and the fields that the scene asks for) and, if asked for, /grid; the time
-// series are frames.xdmf and grid.xdmf. Frames are for looking at: float32 by default, and never read back by a run.
+// frame_<index>.h5 holds /particles (position and the fields that the scene asks for) and, if asked for, /grid and /tiles;
+// the time series are frames.xdmf, grid.xdmf and tiles.xdmf. Frames are for looking at: float32 by default, and never read
+// back by a run.
 
 #include <optional>
 #include <span>
@@ -29,6 +30,14 @@ struct GridNodes {
   std::span<const Node> nodes;  ///< {velocity, mass}; product of `count`
 };
 
+/// How the work is divided: values by TileIndex, whole and the same on every rank.
+struct TileValues {
+  GridGeometry geometry;
+  std::span<const std::int32_t> rank;      ///< that works on the tile
+  std::span<const GlobalIndex> particles;  ///< in the tile
+  std::span<const double> load;            ///< what the tile is reckoned to cost
+};
+
 struct FrameInfo {
   GlobalIndex index = 0;
   GlobalIndex step = 0;
@@ -40,14 +49,15 @@ struct FrameInfo {
 std::string frame_path(const std::string& folder, GlobalIndex index);
 
 /// Writes one frame and its sidecar (none for a frame without particles) as array_file.hpp describes. `info.n_particles` is
-/// set from `particles`. `nodes`: null for no grid. Throws RunError; UsageError for an unknown field name. Collective.
+/// set from `particles`. `nodes`, `tiles`: null for none. Throws RunError; UsageError for an unknown field name. Collective.
 void write_frame(const Comm& comm, const std::string& folder, const FrameInfo& info, const ParticleSet& particles,
-                 std::span<const NamedMaterial> materials, const OutputSettings& settings, const GridNodes* nodes);
+                 std::span<const NamedMaterial> materials, const OutputSettings& settings, const GridNodes* nodes,
+                 const TileValues* tiles);
 
 /// Throws RunError. Collective.
 FrameInfo read_frame_info(const Comm& comm, const std::string& file);
 
-/// The time series of a run's frames. The root keeps the list; frames.xdmf and grid.xdmf are rewritten whole and renamed.
+/// The time series of a run's frames. The root keeps the lists; their files are rewritten whole and renamed.
 class FrameSeries {
  public:
   /// `restart_step`: frames up to this step stay in the series; later ones, which belong to the time that is now run again,
@@ -69,6 +79,7 @@ class FrameSeries {
   std::string folder_;
   std::vector<XdmfParticles> particles_;
   std::vector<XdmfGrid> grids_;
+  std::vector<XdmfGrid> tiles_;
   GlobalIndex next_index_ = 0;
   std::vector<std::string> warnings_;
 };

@@ -16,7 +16,8 @@ enum class FloatPrecision { float32, float64 };
 ///   deviatoric_stress  ||dev tau|| / J, Pa (Frobenius norm)
 ///   cauchy_stress      tau / J, Pa
 ///   density            m / (V0 J), kg/m^3
-inline constexpr std::array derived_frame_fields{"pressure", "deviatoric_stress", "cauchy_stress", "density"};
+///   rank               the rank that holds the particle, int32; the only one that depends on the number of ranks
+inline constexpr std::array derived_frame_fields{"pressure", "deviatoric_stress", "cauchy_stress", "density", "rank"};
 
 /// Names that `output.fields` may hold: the fields of checkpoints but the position, which is always written, and the derived
 /// ones. Symmetric tensors are written with all nine components. Not collective.
@@ -35,7 +36,8 @@ struct OutputSettings {
   std::vector<std::string> fields{"velocity", "material",          "volume_ratio",
                                   "pressure", "deviatoric_stress", "plastic_shear_rate"};
   FloatPrecision precision = FloatPrecision::float32;
-  bool grid = false;  ///< also write grid mass density and velocity
+  bool grid = false;   ///< also write grid mass density and velocity
+  bool tiles = false;  ///< also write rank, particles and load of each tile
 };
 
 struct CheckpointSettings {

@@ -26,23 +26,29 @@ struct XdmfParticles {
   std::vector<XdmfField> fields;
 };
 
-/// The grid of one file at one time; arrays are (nz, ny, nx) or (nz, ny, nx, 3).
+enum class XdmfCenter { node, cell };
+
+/// A regular mesh of one file at one time; arrays are (nz, ny, nx) or (nz, ny, nx, 3) of its nodes or its cells.
 struct XdmfGrid {
+  std::string name;
   std::string file;
   double time = 0.0;
-  Extents n_nodes;             ///< nz, ny, nx
-  std::vector<double> origin;  ///< x, y, z; m
-  double cell_size = 0.0;      ///< m
+  XdmfCenter center = XdmfCenter::node;  ///< what the fields belong to
+  Extents n_nodes;                       ///< nz, ny, nx
+  std::vector<double> origin;            ///< x, y, z; m
+  double cell_size = 0.0;                ///< m
   std::vector<XdmfField> fields;
 };
 
-/// A series of moments, by ascending time. Also for a single moment: outside a series one of the readers drops its time.
+/// A series of moments, at least one, by ascending time. Also for a single moment: outside a series one of the readers drops
+/// its time. Grids bear one name.
 std::string xdmf_series(std::span<const XdmfParticles> series);
 std::string xdmf_series(std::span<const XdmfGrid> series);
 
 /// Describes /particles of a file as it is on disk; `time` from its header. Throws RunError.
 XdmfParticles xdmf_particles(const Hdf5Reader& file);
-/// Describes /grid of a file. Throws RunError.
+/// Describes /grid of a file, or /tiles as the cells of a mesh. Throws RunError.
 XdmfGrid xdmf_grid(const Hdf5Reader& file);
+XdmfGrid xdmf_tiles(const Hdf5Reader& file);
 
 }  // namespace bulkley

@@ -61,7 +61,8 @@ TEST(SceneRoundTrip, OfASceneThatUsesEverything) {
       "[boundaries]\nx_lower = \"periodic\"\nx_upper = \"periodic\"\nz_lower = { type = \"separating\", friction = 0.1 }\n"
       "z_upper = { type = \"separating\" }\ny_upper = { type = \"sticky\", velocity = [0.1, 0, -0.2] }\n"
       "[transfer]\nscheme = \"blend\"\nflip_ratio = 0.9\norder = \"cubic\"\ngradient = \"bspline\"\n"
-      "[output]\nfields = []\nprecision = \"float64\"\ngrid = true\nframe_interval = 0.1\nprogress_interval = \"1m\"\n"
+      "[output]\nfields = []\nprecision = \"float64\"\ngrid = true\ntiles = true\nframe_interval = 0.1\nprogress_interval = "
+      "\"1m\"\n"
       "[checkpoint]\nsteps = 100\nwall_time = \"1h30m\"\nkeep = 3\nat_end = false\n[partition]\nmethod = \"uniform\"\n";
   const Scene scene =
       parsed(small_scene + rest, {"title=two words", "time.mode=fixed", "time.step=0.0001", "allow_overlap=true"});
@@ -73,6 +74,7 @@ TEST(SceneRoundTrip, OfASceneThatUsesEverything) {
   EXPECT_EQ(again.faces[3].velocity, Vec3(0.1, 0.0, -0.2));
   EXPECT_GT(signed_distance(again.colliders[1].shape, Vec3(0.0, 0.0, 0.5)), 0.0);
   EXPECT_TRUE(again.output.fields.empty());
+  EXPECT_TRUE(again.output.tiles);
   EXPECT_EQ(again.materials[1].name, "my rubber");
   EXPECT_EQ(again.time.fixed_step, 0.0001);
 }

@@ -20,7 +20,14 @@ TEST(Scene, TakesDefaultsFromTheStructs) {
   EXPECT_EQ(scene.transfer.scheme, TransferScheme::apic);
   EXPECT_EQ(scene.faces[4].kind, FaceKind::sticky);
   EXPECT_EQ(scene.output.fields, defaults.output.fields);
+  EXPECT_FALSE(scene.output.tiles);
   EXPECT_FALSE(scene.allow_overlap);
+}
+
+TEST(Scene, MayAskWhichRankHoldsWhat) {
+  const Scene scene = parsed(small_scene, {"output.tiles=true", "output.fields=[\"rank\"]"});
+  EXPECT_TRUE(scene.output.tiles);
+  EXPECT_EQ(scene.output.fields, std::vector<std::string>{"rank"});
 }
 
 TEST(Scene, FillsTheGrid) {

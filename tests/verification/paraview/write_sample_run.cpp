@@ -1,4 +1,4 @@
-// Writes a small run as the program would: frames (one of them empty), a grid and a checkpoint, of a ball that falls.
+// Writes a small run as the program would: frames (one of them empty), a grid, tiles and a checkpoint, of a ball that falls.
 // Usage: write_sample_run FOLDER
 
 #include <petscsys.h>
@@ -60,6 +60,23 @@ GridNodes make_grid(const Comm& comm, std::vector<Node>& nodes) {
   return grid;
 }
 
+/// Values of the tiles that say which tile they belong to.
+struct SampleTiles {
+  explicit SampleTiles(const GridGeometry& grid) : geometry(grid) {
+    for (TileIndex tile = 0; tile < grid.n_tiles(); ++tile) {
+      rank.push_back(tile % 3);
+      particles.push_back(10 * tile);
+      load.push_back(0.5 + tile);
+    }
+  }
+  TileValues values() const { return {geometry, rank, particles, load}; }
+
+  GridGeometry geometry;
+  std::vector<std::int32_t> rank;
+  std::vector<GlobalIndex> particles;
+  std::vector<double> load;
+};
+
 void write_run(const Comm& comm, const std::string& folder) {
   const std::vector<NamedMaterial> materials{{"cream", HerschelBulkley{}}, {"pie", NeoHookean{}}};
   OutputSettings settings;
@@ -68,6 +85,8 @@ void write_run(const Comm& comm, const std::string& folder) {
   std::erase(settings.fields, "plastic_volume_ratio");
   std::vector<Node> nodes;
   const GridNodes grid = make_grid(comm, nodes);
+  const SampleTiles sample(grid.geometry);
+  const TileValues tiles = sample.values();
 
   root_guard(comm, [&] {
     std::filesystem::create_directories(folder);
@@ -78,7 +97,7 @@ void write_run(const Comm& comm, const std::string& folder) {
   for (GlobalIndex index = 0; index < 4; ++index) {
     const double time = 0.04 * static_cast<double>(index);
     const ParticleSet particles = index == 2 ? ParticleSet(fields) : make_ball(comm, 0.4 - 5.0 * time * 0.5);
-    write_frame(comm, folder, {index, 10 * index, time, 0}, particles, materials, settings, &grid);
+    write_frame(comm, folder, {index, 10 * index, time, 0}, particles, materials, settings, &grid, &tiles);
     series.add(comm, index);
   }
   CheckpointHeader header;

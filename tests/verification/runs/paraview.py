@@ -16,12 +16,16 @@ def main():
     arguments = parse_arguments(__doc__, lambda p: p.add_argument("--pvpython", required=True))
     program, work = start(arguments)
 
-    run = program.run(["run", str(SCENE), "--out", "run", "--set", "time.end=0.02", "--set", "output.grid=true"],
+    run = program.run(["run", str(SCENE), "--out", "run", "--set", "time.end=0.02", "--set", "output.grid=true",
+                       "--set", "output.tiles=true", "--set", 'output.fields=["velocity","cauchy_stress","rank"]'],
                       3, work, 120)
     if run.code != 0:
         fail(f"the run ended with {run.code}", run)
     if len(list((work / "run").glob("frame_*.h5"))) != 5:
         fail("0.02 s with a frame every 0.005 s make five frames, the one at the start included")
+    for series in ("frames.xdmf", "grid.xdmf", "tiles.xdmf"):
+        if not (work / "run" / series).exists():
+            fail(f"{series} was not written", run)
     check = subprocess.run([arguments.pvpython, "--force-offscreen-rendering",
                             str(ROOT / "drivers/paraview/check_output.py"), "--run", str(work / "run")],
                            stdin=subprocess.DEVNULL, timeout=120, check=False)
