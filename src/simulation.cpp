@@ -199,6 +199,7 @@ void Simulation::take_step() {
   const double seconds = MPI_Wtime() - before;
   clock_.stepping += seconds;
   clock_.particle_steps += static_cast<double>(report_.bounds.n_particles);
+  clock_.largest_share_steps += static_cast<double>(report_.bounds.largest_share);
   slowest_step_ = std::max(slowest_step_, seconds);
 }
 
@@ -216,9 +217,8 @@ void Simulation::write_frame_if_due(bool landed) {
   if (interval <= 0.0 || !landed || state_.time < static_cast<double>(state_.next_frame) * interval) return;
   const double before = MPI_Wtime();
   if (scene_.output.tiles) {
-    const std::vector<GlobalIndex> particles = present_load(comm_, scene_.grid, solver_->particles());
-    const std::vector<double> load(particles.begin(), particles.end());  // a tile is reckoned to cost what its particles are
-    const TileValues tiles{scene_.grid, solver_->partition().worker, particles, load};
+    const TileTotals totals = tile_totals(comm_, scene_.grid, solver_->census(), state_.cost);
+    const TileValues tiles{scene_.grid, solver_->partition().worker, totals.n_particles, totals.cost};
     write_frame_now(&tiles);
   } else {
     write_frame_now(nullptr);
@@ -252,7 +252,8 @@ void Simulation::write_history(const StepReport* report) {
       diagnose(comm_, scene_.grid, scene_.transfer, scene_.gravity, scene_.materials, solver_->particles());
   const auto steps = static_cast<double>(std::max<GlobalIndex>(state_.step - history_step_, 1));
   const double seconds_per_step = (clock_.stepping - history_stepping_) / steps;
-  history_->write(comm_, history_row(state_, report, diagnostics, comm_.size(), seconds_per_step));
+  const HaloTraffic halo{max_global(comm_, solver_->halo_bytes()), sum_global(comm_, solver_->halo_bytes())};
+  history_->write(comm_, history_row(state_, report, diagnostics, halo, comm_.size(), seconds_per_step));
   history_step_ = state_.step;
   history_stepping_ = clock_.stepping;
   clock_.output += MPI_Wtime() - before;
@@ -291,7 +292,8 @@ void Simulation::report_progress(const TimeStepPlan& plan) {
 
 void Simulation::finish(RunState state, const std::string& reason) {
   write_status(comm_, options_.folder, {state, state_.step, state_.time, last_checkpoint_, reason});
-  const std::string summary = run_summary(comm_, state_, clock_, solver_->times());
+  const HaloTraffic halo{max_global(comm_, solver_->halo_bytes()), sum_global(comm_, solver_->halo_bytes())};
+  const std::string summary = run_summary(comm_, state_, clock_, solver_->times(), balancer_->totals(), halo);
   say(summary);
   say(fmt::format("{}: {}", name(state), reason));
 }

@@ -48,11 +48,16 @@ std::vector<std::string> history_columns() {
           "particles",
           "removed_particles",
           "imbalance",
+          "repartitions",
+          "moved_particles",
+          "migrated_particles",
+          "halo_bytes_largest [B]",
+          "halo_bytes_mean [B]",
           "wall_time_per_step [s]"};
 }
 
 std::vector<HistoryValue> history_row(const SimulationState& state, const StepReport* report, const Diagnostics& d,
-                                      int n_ranks, double seconds_per_step) {
+                                      const HaloTraffic& halo, int n_ranks, double seconds_per_step) {
   const StepBounds& b = state.bounds;
   std::vector<HistoryValue> row{state.step, state.time};
   row.emplace_back(report ? report->plan.dt : 0.0);
@@ -78,6 +83,8 @@ std::vector<HistoryValue> history_row(const SimulationState& state, const StepRe
   row.emplace_back(d.n_particles);
   row.emplace_back(state.n_removed);
   row.emplace_back(particle_imbalance(b, n_ranks));
+  for (const GlobalIndex n : {state.n_repartitions, state.n_moved, state.n_migrated, halo.largest, halo.total / n_ranks})
+    row.emplace_back(n);
   row.emplace_back(seconds_per_step);
   return row;
 }
@@ -101,7 +108,8 @@ std::string progress_line(const SimulationState& state, const TimeStepPlan& plan
       duration_text(static_cast<double>(static_cast<long>(steps_left * elapsed / steps_done))));
 }
 
-std::string run_summary(const Comm& comm, const SimulationState& state, const RunClock& clock, const PhaseTimes& times) {
+std::string run_summary(const Comm& comm, const SimulationState& state, const RunClock& clock, const PhaseTimes& times,
+                        const BalanceTotals& balance, const HaloTraffic& halo) {
   const std::vector<PhaseSummary> phases = summarize(comm, times);
   const double peak = max_global(comm, static_cast<double>(peak_resident_bytes()));
   // A rank-second is one rank for one second: per particle and step that is what the job pays for.
@@ -109,14 +117,28 @@ std::string run_summary(const Comm& comm, const SimulationState& state, const Ru
     return clock.particle_steps > 0.0 ? seconds * comm.size() / clock.particle_steps * 1e9 : 0.0;
   };
   const double total = MPI_Wtime() - clock.start;
+  const double mean_imbalance =
+      clock.particle_steps > 0.0 ? clock.largest_share_steps * comm.size() / clock.particle_steps : 1.0;
   std::string text = fmt::format(
       "{} steps to t = {:g} s in {} ({} in steps, {} in output); {} trials, {} accepted; {} steps rejected before they were "
       "taken\n",
       state.step - clock.first_step, state.time, duration_text(total), duration_text(clock.stepping),
       duration_text(clock.output), state.controller.n_trials, state.controller.n_accepted, state.controller.n_rejected);
-  text += fmt::format("{} particles on {} ranks, imbalance {:.3f}, {} removed; peak memory {:.0f} MiB on the largest rank\n",
-                      state.bounds.n_particles, comm.size(), particle_imbalance(state.bounds, comm.size()), state.n_removed,
-                      peak / (1024.0 * 1024.0));
+  text += fmt::format(
+      "{} particles on {} ranks, imbalance {:.3f} (mean over the steps {:.3f}), {} removed; peak memory {:.0f} MiB on the largest "
+      "rank\n",
+      state.bounds.n_particles, comm.size(), particle_imbalance(state.bounds, comm.size()), mean_imbalance, state.n_removed,
+      peak / (1024.0 * 1024.0));
+  if (comm.size() > 1) {
+    const double n_particles = std::max(1.0, static_cast<double>(state.bounds.n_particles));
+    text += fmt::format(
+        "{} new maps of tiles to ranks, {:.1f} % of the particles moved by each, {:.2g} % of the time in steps; {} KiB sent "
+        "per step by the busiest rank, {} on average\n",
+        balance.n_repartitions,
+        100.0 * static_cast<double>(balance.n_moved) /
+            (n_particles * static_cast<double>(std::max<GlobalIndex>(balance.n_repartitions, 1))),
+        100.0 * balance.seconds / std::max(clock.stepping, 1e-300), halo.largest / 1024, halo.total / comm.size() / 1024);
+  }
   text +=
       fmt::format("{:.1f} ns per particle, step and rank (ranks x time / particle-steps):", per_particle(clock.stepping));
   for (const PhaseSummary& phase : phases) text += fmt::format("  {} {:.1f}", phase.name, per_particle(phase.mean));

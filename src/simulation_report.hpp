@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "bulkley/io/history.hpp"
+#include "bulkley/solver/balancer.hpp"
 #include "bulkley/solver/diagnostics.hpp"
 #include "bulkley/solver/solver.hpp"
 #include "simulation_state.hpp"
@@ -14,9 +15,15 @@ namespace bulkley {
 /// Column names of history.csv, with units.
 std::vector<std::string> history_columns();
 
+/// What ranks send to each other in one step, bytes.
+struct HaloTraffic {
+  GlobalIndex largest = 0;  ///< of one rank
+  GlobalIndex total = 0;
+};
+
 /// One row; `seconds_per_step`: wall time per step since the row before.
 std::vector<HistoryValue> history_row(const SimulationState& state, const StepReport* report, const Diagnostics& diagnostics,
-                                      int n_ranks, double seconds_per_step);
+                                      const HaloTraffic& halo, int n_ranks, double seconds_per_step);
 
 /// Largest over mean number of particles per rank.
 double particle_imbalance(const StepBounds& bounds, int n_ranks);
@@ -27,6 +34,7 @@ struct RunClock {
   double stepping = 0.0;        ///< s in steps
   double output = 0.0;          ///< s in frames, history and checkpoints
   double particle_steps = 0.0;  ///< sum over steps of the global number of particles
+  double largest_share_steps = 0.0;  ///< sum over steps of the particles of the fullest rank
   GlobalIndex first_step = 0;   ///< step number the process started from
 };
 
@@ -36,6 +44,7 @@ std::string progress_line(const SimulationState& state, const TimeStepPlan& plan
 
 /// Lines at the end of a run: steps, rejected trials, ns per particle per step overall and per phase, imbalance, output
 /// time, peak memory per rank. Collective.
-std::string run_summary(const Comm& comm, const SimulationState& state, const RunClock& clock, const PhaseTimes& times);
+std::string run_summary(const Comm& comm, const SimulationState& state, const RunClock& clock, const PhaseTimes& times,
+                        const BalanceTotals& balance, const HaloTraffic& halo);
 
 }  // namespace bulkley

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "bulkley/base/gather.hpp"
 #include "bulkley/kernel/stress_update.hpp"
 
 namespace bulkley {
@@ -24,6 +25,20 @@ TileCensus seeded_census(const Comm& comm, const Scene& scene) {
   TileCensus share;
   collective_guard(comm, [&] { share = count_particles(scene.grid, scene.bodies, first, last); });
   return gather_census(comm, share);
+}
+
+TileTotals tile_totals(const Comm& comm, const GridGeometry& grid, const TileCensus& local, const CostModel& cost) {
+  const auto n_tiles = static_cast<std::size_t>(grid.n_tiles());
+  TileTotals totals{std::vector<GlobalIndex>(n_tiles, 0), std::vector<double>(n_tiles, 0.0)};
+  const TileLoad load = tile_load(gather_census(comm, local), cost);  // the root's; empty elsewhere
+  for (std::size_t t = 0; t < load.size(); ++t) {
+    const auto tile = static_cast<std::size_t>(load.tile[t]);
+    totals.n_particles[tile] = load.count[t];
+    totals.cost[tile] = 1e-3 * static_cast<double>(load.weight[t]);
+  }
+  broadcast_values(comm, totals.n_particles);
+  broadcast_values(comm, totals.cost);
+  return totals;
 }
 
 Partition first_partition(const Comm& comm, const Scene& scene, const TileCensus& census, const CostModel& cost) {

@@ -18,6 +18,14 @@ OptionalFields optional_fields(const Scene& scene);
 /// What the tiles hold at the scene's start, on the root, empty elsewhere; each rank counts a share of the tiles. Collective.
 TileCensus seeded_census(const Comm& comm, const Scene& scene);
 
+/// What each tile holds and is reckoned to cost (tile_load), by TileIndex.
+struct TileTotals {
+  std::vector<GlobalIndex> n_particles;
+  std::vector<double> cost;  ///< ns a step
+};
+/// Of the ranks' censuses together, on every rank. Collective.
+TileTotals tile_totals(const Comm& comm, const GridGeometry& grid, const TileCensus& local, const CostModel& cost);
+
 /// The scene's partition of `census` (the root's counts) for as many ranks as there are, on every rank; warnings on the root's
 /// stderr. Throws UsageError. Collective.
 Partition first_partition(const Comm& comm, const Scene& scene, const TileCensus& census, const CostModel& cost);

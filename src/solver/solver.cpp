@@ -352,6 +352,11 @@ void Solver::report_failure() const {
   throw RunError(describe_failure(comm_, physics_.grid, particles_, physics_.materials, bounds_));
 }
 
+GlobalIndex Solver::halo_bytes() const {
+  const std::size_t once = exchange_->sent_by_add().bytes + exchange_->sent_by_get().bytes;
+  return static_cast<GlobalIndex>(physics_.transfer.flip_fraction() > 0.0 ? 2 * once : once);
+}
+
 std::size_t Solver::memory() const {
   std::size_t total = particles_.memory() + layout_.memory();
   total += (pool_.capacity() + impulse_.capacity()) * sizeof(Node);

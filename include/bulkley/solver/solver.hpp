@@ -53,6 +53,8 @@ class Solver {
   PhaseTimes& times() { return times_; }
   const PhaseTimes& times() const { return times_; }
   const Exchange& exchange() const { return *exchange_; }
+  /// What this rank sends to others in one step to add up nodes and to bring velocities back. Not collective.
+  GlobalIndex halo_bytes() const;
   GlobalIndex n_rebuilds() const { return n_rebuilds_; }
   /// {v, m} of the owned nodes that the particles as they are give, boundaries applied; zero where no particle reaches.
   /// Changes no particle. Collective.
