@@ -125,7 +125,8 @@ std::string run_summary(const Comm& comm, const SimulationState& state, const Ru
       state.step - clock.first_step, state.time, duration_text(total), duration_text(clock.stepping),
       duration_text(clock.output), state.controller.n_trials, state.controller.n_accepted, state.controller.n_rejected);
   text += fmt::format(
-      "{} particles on {} ranks, imbalance {:.3f} (mean over the steps {:.3f}), {} removed; peak memory {:.0f} MiB on the largest "
+      "{} particles on {} ranks, imbalance {:.3f} (mean over the steps {:.3f}), {} removed; peak memory {:.0f} MiB on the "
+      "largest "
       "rank\n",
       state.bounds.n_particles, comm.size(), particle_imbalance(state.bounds, comm.size()), mean_imbalance, state.n_removed,
       peak / (1024.0 * 1024.0));

@@ -30,12 +30,12 @@ double particle_imbalance(const StepBounds& bounds, int n_ranks);
 
 /// What the run has cost so far, on this rank's clock.
 struct RunClock {
-  double start = 0.0;           ///< MPI_Wtime at the start
-  double stepping = 0.0;        ///< s in steps
-  double output = 0.0;          ///< s in frames, history and checkpoints
-  double particle_steps = 0.0;  ///< sum over steps of the global number of particles
+  double start = 0.0;                ///< MPI_Wtime at the start
+  double stepping = 0.0;             ///< s in steps
+  double output = 0.0;               ///< s in frames, history and checkpoints
+  double particle_steps = 0.0;       ///< sum over steps of the global number of particles
   double largest_share_steps = 0.0;  ///< sum over steps of the particles of the fullest rank
-  GlobalIndex first_step = 0;   ///< step number the process started from
+  GlobalIndex first_step = 0;        ///< step number the process started from
 };
 
 /// step, time, time step and its limiter, particles, largest speed, imbalance, rate, elapsed and remaining time.

@@ -12,13 +12,13 @@ namespace bulkley {
 
 struct SimulationState {
   GlobalIndex step = 0;
-  double time = 0.0;           ///< s
-  GlobalIndex next_frame = 0;  ///< number of the next frame to write
-  GlobalIndex n_removed = 0;   ///< particles that left through outflow faces so far
+  double time = 0.0;               ///< s
+  GlobalIndex next_frame = 0;      ///< number of the next frame to write
+  GlobalIndex n_removed = 0;       ///< particles that left through outflow faces so far
   GlobalIndex n_repartitions = 0;  ///< changes of the map of tiles to ranks so far
   GlobalIndex n_moved = 0;         ///< particles that those have sent to other ranks so far
   GlobalIndex n_migrated = 0;      ///< particles that have moved to another rank's tile so far
-  double last_step = 0.0;      ///< s, the time step taken last
+  double last_step = 0.0;          ///< s, the time step taken last
   CostModel cost;                  ///< of steps, as measured so far; decides how work is shared out, nothing else
   TimeStepState controller;
   StepBounds bounds;

@@ -1,6 +1,7 @@
 #include "bulkley/base/gather.hpp"
 
 #include <algorithm>
+#include <cstring>
 
 namespace bulkley::detail {
 
@@ -9,47 +10,35 @@ namespace {
 constexpr int tag = 2;
 constexpr std::size_t message_limit = std::size_t{1} << 30;  // bytes; an int counts them
 
-// Calls visit(begin, size) for the messages that `size` bytes make.
-template <class Visit>
-void for_each_message(std::size_t size, Visit visit) {
-  for (std::size_t begin = 0; begin < size; begin += message_limit)
-    visit(begin, static_cast<int>(std::min(message_limit, size - begin)));
-}
-
 }  // namespace
 
-std::vector<GlobalIndex> gather_sizes(const Comm& comm, std::size_t size) {
-  const auto mine = static_cast<GlobalIndex>(size);
-  std::vector<GlobalIndex> sizes(comm.is_root() ? static_cast<std::size_t>(comm.size()) : 0);
-  BULKLEY_MPI(MPI_Gather(&mine, 1, MPI_INT64_T, sizes.data(), 1, MPI_INT64_T, 0, comm.get()));
-  return sizes;
-}
-
-void gather_bytes(const Comm& comm, const void* from, std::size_t size, void* to, const std::vector<GlobalIndex>& sizes) {
+// A rank's bytes are messages of the largest size and, last, a smaller one; so nobody needs to be told how many there are.
+void gather_bytes(const Comm& comm, const void* from, std::size_t size, const std::function<void*(std::size_t)>& room) {
+  const char* at = static_cast<const char*>(from);
   if (!comm.is_root()) {
-    for_each_message(size, [&](std::size_t begin, int count) {
-      BULKLEY_MPI(MPI_Send(static_cast<const char*>(from) + begin, count, MPI_BYTE, 0, tag, comm.get()));
-    });
+    for (std::size_t sent = message_limit; sent == message_limit; at += sent, size -= sent) {
+      sent = std::min(message_limit, size);
+      BULKLEY_MPI(MPI_Send(at, static_cast<int>(sent), MPI_BYTE, 0, tag, comm.get()));
+    }
     return;
   }
-  auto* at = static_cast<char*>(to);
-  std::copy_n(static_cast<const char*>(from), size, at);
-  at += size;
-  std::vector<MPI_Request> requests;
-  for (int rank = 1; rank < comm.size(); ++rank) {
-    const auto bytes = static_cast<std::size_t>(sizes[static_cast<std::size_t>(rank)]);
-    for_each_message(bytes, [&](std::size_t begin, int count) {
-      BULKLEY_MPI(MPI_Irecv(at + begin, count, MPI_BYTE, rank, tag, comm.get(), &requests.emplace_back()));
-    });
-    at += bytes;
-  }
-  BULKLEY_MPI(MPI_Waitall(static_cast<int>(requests.size()), requests.data(), MPI_STATUSES_IGNORE));
+  std::size_t total = size;
+  if (size > 0) std::memcpy(room(size), at, size);
+  for (int rank = 1; rank < comm.size(); ++rank)
+    for (int count = static_cast<int>(message_limit); count == static_cast<int>(message_limit);) {
+      MPI_Status status;
+      BULKLEY_MPI(MPI_Probe(rank, tag, comm.get(), &status));
+      BULKLEY_MPI(MPI_Get_count(&status, MPI_BYTE, &count));
+      char* to = static_cast<char*>(room(total + static_cast<std::size_t>(count))) + total;
+      BULKLEY_MPI(MPI_Recv(to, count, MPI_BYTE, rank, tag, comm.get(), MPI_STATUS_IGNORE));
+      total += static_cast<std::size_t>(count);
+    }
 }
 
 void broadcast_bytes(const Comm& comm, void* bytes, std::size_t size) {
-  for_each_message(size, [&](std::size_t begin, int count) {
-    BULKLEY_MPI(MPI_Bcast(static_cast<char*>(bytes) + begin, count, MPI_BYTE, 0, comm.get()));
-  });
+  for (std::size_t begin = 0; begin < size; begin += message_limit)
+    BULKLEY_MPI(MPI_Bcast(static_cast<char*>(bytes) + begin, static_cast<int>(std::min(message_limit, size - begin)),
+                          MPI_BYTE, 0, comm.get()));
 }
 
 }  // namespace bulkley::detail

@@ -36,6 +36,21 @@ class Diffusion {
     for (const Flow& flow : flows()) carry_out(flow);
   }
 
+  // Surplus of the fuller parts over the mean to the emptier ones, the fullest to the emptiest first.
+  void relieve_directly() {
+    std::vector<std::pair<double, int>> excess;
+    for (int p = 0; p < n_parts_; ++p) excess.emplace_back(static_cast<double>(part_load_[p]) - mean_, p);
+    std::sort(excess.begin(), excess.end());
+    for (auto low = excess.begin(), high = excess.end() - 1; low < high && low->first < 0.0 && high->first > 0.0;) {
+      const double amount = std::min(-low->first, high->first);
+      carry_out({high->second, low->second, amount, 0.0}, true);
+      low->first += amount;
+      high->first -= amount;
+      if (low->first >= 0.0) ++low;
+      if (high->first <= 0.0) --high;
+    }
+  }
+
   // Moves single tiles out of the fullest part as long as that lowers the larger of the two loads.
   void polish(double tolerance) {
     for (int n = 0; n < 4 * n_parts_ && largest() > tolerance; ++n)
@@ -91,18 +106,19 @@ class Diffusion {
     return result;
   }
 
-  // Shared nodes that cease to be shared, less those that come to be, if tile t moves to part `to`; below -10^6 where it does
-  // not touch that part.
+  // Shared nodes that cease to be shared, less those that come to be, if tile t moves to part `to`; far below zero where it
+  // does not touch that part.
+  static constexpr int apart = -1000000;
   int gain(std::int32_t t, int to) const {
     int gain = 0;
-    bool touches = false;
+    bool touch = false;
     for_each_neighbour(t, [&](std::int32_t other, int shared) {
-      if (part_[other] == to) gain += shared, touches = true;
+      if (part_[other] == to) gain += shared, touch = true;
       if (part_[other] == part_[t]) gain -= shared;
     });
-    return touches ? gain : -10000000;
+    return touch ? gain : gain + apart;
   }
-  static bool touches(int gain) { return gain > -1000000; }
+  static bool touches(int gain) { return gain > apart / 2; }
 
   void move(std::int32_t t, int to) {
     std::vector<std::int32_t>& left = tiles_[part_[t]];
@@ -113,12 +129,13 @@ class Diffusion {
     part_[t] = to;
   }
 
-  void carry_out(const Flow& flow) {
+  // `anywhere`: also where the parts do not touch.
+  void carry_out(const Flow& flow, bool anywhere = false) {
     // The best tile first; ties by number, so that the outcome is one.
     using Candidate = std::pair<int, std::int32_t>;
     std::priority_queue<Candidate> queue;
     for (const std::int32_t t : tiles_[flow.from])
-      if (const int g = gain(t, flow.to); touches(g)) queue.emplace(g, -t);
+      if (const int g = gain(t, flow.to); anywhere || touches(g)) queue.emplace(g, -t);
     double left = flow.amount;
     while (!queue.empty() && left > 0.0 && tiles_[flow.from].size() > 1) {
       const auto [old_gain, minus_t] = queue.top();
@@ -165,6 +182,16 @@ class Diffusion {
 };
 
 }  // namespace
+
+std::vector<std::int32_t> relieved(const TileGraph& graph, const TileLoad& load, std::vector<std::int32_t> part, int n_parts,
+                                   double tolerance) {
+  if (n_parts == 1 || graph.size() == 0) return part;
+  Diffusion diffusion(graph, load, part, n_parts);
+  const double before = diffusion.largest();
+  diffusion.relieve_directly();
+  diffusion.polish(tolerance);
+  return diffusion.largest() < before ? diffusion.part() : part;
+}
 
 std::vector<std::int32_t> diffused(const TileGraph& graph, const TileLoad& load, std::vector<std::int32_t> part, int n_parts,
                                    double tolerance) {

@@ -1,6 +1,7 @@
 #include "bulkley/domain/load.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "bulkley/base/gather.hpp"
@@ -37,23 +38,31 @@ TileLoad tile_load(std::span<const GlobalIndex> n_particles) {
 }
 
 TileCensus gather_census(const Comm& comm, const TileCensus& local) {
-  const TileCensus all{local.n_materials, gather_values(comm, local.tile), gather_values(comm, local.count),
-                       gather_values(comm, local.cells)};
-  std::vector<std::size_t> order(all.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return all.tile[a] < all.tile[b]; });
   const auto n_materials = static_cast<std::size_t>(local.n_materials);
+  std::vector<std::int64_t> packed;  // tile, cells, counts; one message a rank
+  packed.reserve(local.size() * (2 + n_materials));
+  for (std::size_t t = 0; t < local.size(); ++t) {
+    packed.push_back(local.tile[t]);
+    packed.push_back(std::bit_cast<std::int64_t>(local.cells[t]));
+    for (std::size_t m = 0; m < n_materials; ++m) packed.push_back(local.count[t * n_materials + m]);
+  }
+  packed = gather_values(comm, packed);
+  const auto row = [&](std::size_t t) { return packed.data() + t * (2 + n_materials); };
+
+  std::vector<std::size_t> order(packed.size() / (2 + n_materials));
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return row(a)[0] < row(b)[0]; });
   TileCensus merged;
   merged.n_materials = local.n_materials;
   for (const std::size_t t : order) {
-    if (merged.tile.empty() || merged.tile.back() != all.tile[t]) {
-      merged.tile.push_back(all.tile[t]);
+    const auto tile = static_cast<TileIndex>(row(t)[0]);
+    if (merged.tile.empty() || merged.tile.back() != tile) {
+      merged.tile.push_back(tile);
       merged.cells.push_back(0);
       merged.count.resize(merged.count.size() + n_materials, 0);
     }
-    merged.cells.back() |= all.cells[t];
-    for (std::size_t m = 0; m < n_materials; ++m)
-      merged.count[merged.count.size() - n_materials + m] += all.count[t * n_materials + m];
+    merged.cells.back() |= std::bit_cast<std::uint64_t>(row(t)[1]);
+    for (std::size_t m = 0; m < n_materials; ++m) merged.count[merged.count.size() - n_materials + m] += row(t)[2 + m];
   }
   return merged;
 }

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
+#include <bit>
 #include <map>
 
 #include "bulkley/base/gather.hpp"
@@ -146,11 +146,14 @@ Partition make_partition(const GridGeometry& grid, const PartitionSettings& sett
   return best;
 }
 
-Partition rebalanced(const GridGeometry& grid, const TileLoad& load, const Partition& present) {
-  Partition result = present;
-  result.worker =
-      spread(grid, load, diffused(tile_graph(grid, load), load, parts_of(present, load), present.size(), even_enough),
-             present.worker);
+std::array<Partition, 2> rebalanced(const GridGeometry& grid, const TileLoad& load, const Partition& present) {
+  const TileGraph graph = tile_graph(grid, load);
+  const std::vector<std::int32_t> before = parts_of(present, load);
+  std::array<Partition, 2> result{present, present};
+  for (std::size_t way = 0; way < 2; ++way) {
+    const auto moved = way == 0 ? diffused : relieved;
+    result[way].worker = spread(grid, load, moved(graph, load, before, present.size(), even_enough), present.worker);
+  }
   return result;
 }
 
@@ -169,19 +172,25 @@ std::vector<std::int32_t> node_owners(const GridGeometry& grid, const Partition&
 }
 
 Partition share_partition(const Comm& comm, Partition partition) {
-  std::vector<GlobalIndex> sizes{partition.n_ranks[0], partition.n_ranks[1], partition.n_ranks[2],
-                                 static_cast<GlobalIndex>(partition.worker.size())};
-  broadcast_values(comm, sizes);
+  // n_ranks, owner_imbalance as bits, number of tiles, nodes; never more than so many numbers, for a process has a rank or more.
+  std::vector<std::int64_t> head(5 + static_cast<std::size_t>(comm.size()) + 2, 0);
+  std::size_t n = 0;
+  for (const int ranks : partition.n_ranks) head[n++] = ranks;
+  head[n++] = std::bit_cast<std::int64_t>(partition.owner_imbalance);
+  head[n++] = static_cast<std::int64_t>(partition.worker.size());
+  if (comm.is_root())
+    for (const std::vector<int>& nodes : partition.nodes)
+      for (const int count : nodes) head[n++] = count;
+  broadcast_values(comm, head);
+  n = 0;
+  for (int& ranks : partition.n_ranks) ranks = static_cast<int>(head[n++]);
+  partition.owner_imbalance = std::bit_cast<double>(head[n++]);
+  partition.worker.resize(static_cast<std::size_t>(head[n++]));
   for (int axis = 0; axis < 3; ++axis) {
-    partition.n_ranks[axis] = static_cast<int>(sizes[static_cast<std::size_t>(axis)]);
     partition.nodes[axis].resize(static_cast<std::size_t>(partition.n_ranks[axis]));
-    broadcast_values(comm, partition.nodes[axis]);
+    for (int& count : partition.nodes[axis]) count = static_cast<int>(head[n++]);
   }
-  partition.worker.resize(static_cast<std::size_t>(sizes[3]));
   broadcast_values(comm, partition.worker);
-  std::vector<double> rest{partition.owner_imbalance};
-  broadcast_values(comm, rest);
-  partition.owner_imbalance = rest[0];
   return partition;
 }
 

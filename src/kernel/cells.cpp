@@ -220,30 +220,29 @@ struct TileBox {
 
 namespace {
 
-// edge[a][d + 1]: the cells of a tile from which a step of d cells along axis a leads to another tile; all for d = 0.
-struct TileEdges {
-  std::uint64_t edge[3][3] = {};
+// cells[d]: the cells of a tile from which one step may lead to its neighbour number d.
+struct ReachTable {
+  std::uint64_t cells[27] = {};
 
-  TileEdges() {
-    for (int n = 0; n < tile_nodes; ++n) {
-      const int at[3] = {n / (tile_width * tile_width), n / tile_width % tile_width, n % tile_width};
-      for (int a = 0; a < 3; ++a)
-        for (int d = -1; d <= 1; ++d)
-          if (d == 0 || at[a] == (d < 0 ? 0 : tile_width - 1)) edge[a][d + 1] |= std::uint64_t{1} << n;
-    }
+  ReachTable() {
+    for (int d = 0; d < 27; ++d)
+      for (int n = 0; n < tile_nodes; ++n) {
+        const int at[3] = {n / (tile_width * tile_width), n / tile_width % tile_width, n % tile_width};
+        const int step[3] = {d / 9 - 1, d / 3 % 3 - 1, d % 3 - 1};
+        bool near = true;
+        for (int a = 0; a < 3; ++a) near = near && (step[a] == 0 || at[a] == (step[a] < 0 ? 0 : tile_width - 1));
+        if (near) cells[d] |= std::uint64_t{1} << n;
+      }
   }
 };
 
 }  // namespace
 
-void visit_reach(const GridGeometry& grid, const Int3& tile, std::uint64_t cells,
-                 const std::function<void(TileIndex)>& visit) {
-  static const TileEdges edges;
-  for (int d = 0; d < 27; ++d) {
-    const Int3 step{d / 9 - 1, d / 3 % 3 - 1, d % 3 - 1};
-    if ((cells & edges.edge[0][step[0] + 1] & edges.edge[1][step[1] + 1] & edges.edge[2][step[2] + 1]) == 0) continue;
-    if (const TileIndex there = grid.neighbour(tile, step); there >= 0) visit(there);
-  }
+std::uint32_t reach_of(std::uint64_t cells) {
+  static const ReachTable table;
+  std::uint32_t reach = 0;
+  for (int d = 0; d < 27; ++d) reach |= static_cast<std::uint32_t>((cells & table.cells[d]) != 0) << d;
+  return reach;
 }
 
 std::vector<TileIndex> tiles_in_reach(const GridGeometry& grid, const TileCensus& census) {

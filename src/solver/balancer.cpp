@@ -9,8 +9,9 @@ namespace bulkley {
 
 namespace {
 
-constexpr double least_gain = 0.02;   // of the time of a step
-constexpr double even_enough = 1.02;  // what a partition can be expected to reach, largest over mean load
+constexpr double least_gain = 0.02;     // of the time of a step
+constexpr GlobalIndex first_look = 10;  // steps after the start
+constexpr double even_enough = 1.02;    // what a partition can be expected to reach, largest over mean load
 
 // Of a new measurement in the running mean; single ones are noisy.
 constexpr double newest_weight = 0.25;
@@ -27,19 +28,20 @@ GlobalIndex busiest_moves(const Partition& from, const Partition& to, const Tile
   return *std::max_element(of_rank.begin(), of_rank.end());
 }
 
-void average_in(double& mean, double value, bool first) { mean = first ? value : mean + newest_weight * (value - mean); }
+// Now and then something takes very long that has nothing to do with what is measured.
+void average_in(double& mean, double value, bool first) {
+  mean = first ? value : mean + newest_weight * (std::min(value, 2.0 * mean) - mean);
+}
 
 }  // namespace
 
-std::optional<Partition> worthwhile_change(const GridGeometry& grid, const TileLoad& load, const Partition& present,
-                                           const CostModel& cost, const ChangeCost& change, double horizon) {
-  const std::vector<GlobalIndex> loads = rank_loads(present, load, present.size());
-  const double largest = 1e-12 * static_cast<double>(*std::max_element(loads.begin(), loads.end()));
+Change worthwhile_change(const GridGeometry& grid, const TileLoad& load, const Partition& present, const CostModel& cost,
+                         const ChangeCost& change, double horizon, double fresh_exchange) {
+  const std::vector<RankTraffic> traffic = predict_traffic(grid, present, load);
+  const double now = predicted_step(traffic, cost);
   const double mean = 1e-12 * static_cast<double>(load.total()) / present.size();
-  const double now = predicted_step(predict_traffic(grid, present, load), cost);
-  // What even loads alone could save; the bytes to send may grow or shrink a little.
-  const double most = largest - even_enough * mean;
-  if (most < least_gain * now || most * horizon <= change.rebuild) return std::nullopt;
+  const double reachable = even_enough * mean + fresh_exchange;
+  if (now - reachable < least_gain * now || (now - reachable) * horizon <= change.rebuild) return {};
 
   struct Candidate {
     Partition partition;
@@ -50,14 +52,23 @@ std::optional<Partition> worthwhile_change(const GridGeometry& grid, const TileL
     const double moving = change.particle * static_cast<double>(busiest_moves(present, partition, load));
     return Candidate{std::move(partition), step, (now - step) * horizon - making - change.rebuild - moving};
   };
-  Candidate best = judged(rebalanced(grid, load, present), 0.0);
+  auto [handed_on, straight] = rebalanced(grid, load, present);
+  Candidate best = judged(std::move(handed_on), 0.0);
+  if (Candidate other = judged(std::move(straight), 0.0); other.net > best.net) best = std::move(other);
+
+  Change result;
   const double making = change.tile * static_cast<double>(load.size());
-  if (most * horizon - making - change.rebuild > std::max(best.net, 0.0)) {
-    Candidate other = judged(make_partition(grid, {PartitionMethod::automatic}, load, present.size(), &present, cost), making);
-    if (other.net > best.net) best = std::move(other);
+  const bool more_to_gain = best.step - reachable > least_gain * now;
+  if (more_to_gain && (now - reachable) * horizon - making - change.rebuild > std::max(best.net, 0.0)) {
+    const double begin = MPI_Wtime();
+    Candidate whole =
+        judged(make_partition(grid, {PartitionMethod::automatic}, load, present.size(), &present, cost), making);
+    result.making = MPI_Wtime() - begin;
+    result.whole = whole.net > best.net;
+    if (result.whole) best = std::move(whole);
   }
-  if (best.net <= 0.0 || now - best.step < least_gain * now) return std::nullopt;
-  return std::move(best.partition);
+  if (best.net > 0.0 && now - best.step >= least_gain * now) result.partition = std::move(best.partition);
+  return result;
 }
 
 Balancer::Balancer(const Comm& comm, const PartitionSettings& settings, CostModel cost, GlobalIndex step)
@@ -67,30 +78,52 @@ Balancer::Balancer(const Comm& comm, const PartitionSettings& settings, CostMode
 
 void Balancer::after_step(Solver& solver, GlobalIndex step) {
   if (comm_.size() == 1) return;
-  const auto due = [step](int interval) { return interval > 0 && step % interval == 0; };
-  const bool forced = due(settings_.remake_interval);
-  if (!forced && !(settings_.method == PartitionMethod::automatic && due(settings_.decision_interval))) return;
+  const bool forced = settings_.remake_interval > 0 && step % settings_.remake_interval == 0;
+  if (!forced && !(settings_.method == PartitionMethod::automatic && due(solver, step))) return;
 
   const double begin = MPI_Wtime();
   std::optional<Partition> next;
+  Verdict verdict;
   {
     const Phase phase(solver.times(), "balance");
     const TileCensus local = solver.census();
     measure(solver, local, step);
-    const TileCensus census = gather_census(comm_, local);
-    next = next_partition(solver, census, forced, step);
+    verdict = decide(solver, gather_census(comm_, local), forced, step, next);
+    if (verdict.changes) next = share_partition(comm_, next ? std::move(*next) : Partition{});
   }
-  if (next) {
-    change(solver, std::move(*next));
+  average_in(change_.look, MPI_Wtime() - begin, false);
+  if (verdict.changes) {
+    change(solver, std::move(*next), verdict.busiest_moves);
     last_change_ = step;
   }
+  // Where it did not pay yet, another look comes when half as much more has been lost.
+  patience_ = std::max(verdict.patience, verdict.changes ? GlobalIndex{0} : lost_ + lost_ / 2);
+  if (verdict.changes || share_then_ < 0) {
+    share_then_ = solver.bounds().largest_share;
+    lost_ = 0;
+  }
   totals_.seconds += MPI_Wtime() - begin;
+}
+
+// Whether the root should look at the balance. Decided by every rank for itself, from what all know alike: the fullest rank's
+// share rides on the all-reduce of each step. It is time when as much has been lost to its growth as a look and a change cost
+// (Menon et al. 2012), and now and then in any case.
+bool Balancer::due(const Solver& solver, GlobalIndex step) {
+  if (settings_.decision_interval == 0) return false;
+  const GlobalIndex share = solver.bounds().largest_share;
+  if (share_then_ < 0) {  // a first look soon, to measure
+    if (step - last_look_ < first_look) return false;
+    return true;
+  }
+  lost_ += std::max<GlobalIndex>(0, share - share_then_);
+  return lost_ > patience_ || step - last_look_ >= settings_.decision_interval;
 }
 
 Balancer::Clock Balancer::read_clock(const Solver& solver) {
   const PhaseTimes& times = solver.times();
   Clock clock;
-  for (const char* phase : {"p2g", "g2p", "stress_update", "locate", "judge", "sort"}) clock.particles += times.seconds(phase);
+  for (const char* phase : {"p2g", "g2p", "stress_update", "locate", "judge", "sort"})
+    clock.particles += times.seconds(phase);
   clock.nodes = times.seconds("grid_update") + times.seconds("exchange") - solver.exchange_wait();
   clock.materials = solver.material_seconds();
   for (const double seconds : clock.materials) clock.particles -= seconds;
@@ -125,39 +158,44 @@ void Balancer::measure(const Solver& solver, const TileCensus& census, GlobalInd
   measured_ = true;
 }
 
-// The root decides; every rank learns the partition. Nothing where the present one stays.
-std::optional<Partition> Balancer::next_partition(const Solver& solver, const TileCensus& census, bool forced,
-                                                  GlobalIndex step) {
-  std::optional<Partition> next;
+// The root decides, `next` is its alone.
+Balancer::Verdict Balancer::decide(const Solver& solver, const TileCensus& census, bool forced, GlobalIndex step,
+                                   std::optional<Partition>& next) {
+  Verdict verdict;
   root_guard(comm_, [&] {
     const GridGeometry& grid = solver.physics().grid;
     const Partition& present = solver.partition();
     const TileLoad load = tile_load(census, cost_);
-    const double begin = MPI_Wtime();
+    const auto exchange_of = [&](const Partition& p) { return predicted_exchange(predict_traffic(grid, p, load), cost_); };
     if (forced) {
       next = make_partition(grid, settings_, load, comm_.size(), &present, cost_);
-      average_in(change_.tile, (MPI_Wtime() - begin) / static_cast<double>(std::max<std::size_t>(load.size(), 1)), false);
       if (next->worker == present.worker && next->nodes == present.nodes) next.reset();
     } else {
-      const auto horizon = static_cast<double>(std::max<GlobalIndex>(step - last_change_, settings_.decision_interval));
-      next = worthwhile_change(grid, load, present, cost_, change_, horizon);
+      if (fresh_exchange_ < 0.0) fresh_exchange_ = exchange_of(present);
+      Change found =
+          worthwhile_change(grid, load, present, cost_, change_, static_cast<double>(step - last_change_), fresh_exchange_);
+      if (found.making > 0.0) average_in(change_.tile, found.making / static_cast<double>(load.size()), false);
+      next = std::move(found.partition);
+      if (next && found.whole) fresh_exchange_ = exchange_of(*next);
     }
-    if (next) busiest_moves_ = busiest_moves(present, *next, load);
+    verdict.changes = next.has_value();
+    if (next) verdict.busiest_moves = busiest_moves(present, *next, load);
+    const double particle = 1e-12 * static_cast<double>(load.total()) / static_cast<double>(census.n_particles());
+    verdict.patience = static_cast<GlobalIndex>((change_.look + change_.rebuild) / particle);
   });
-  int changes = next.has_value();
-  BULKLEY_MPI(MPI_Bcast(&changes, 1, MPI_INT, 0, comm_.get()));
-  if (!changes) return std::nullopt;
-  return share_partition(comm_, next ? std::move(*next) : Partition{});
+  static_assert(sizeof(Verdict) == 3 * sizeof(GlobalIndex));
+  BULKLEY_MPI(MPI_Bcast(&verdict, 3, MPI_INT64_T, 0, comm_.get()));
+  return verdict;
 }
 
-void Balancer::change(Solver& solver, Partition partition) {
+void Balancer::change(Solver& solver, Partition partition, GlobalIndex busiest_moves) {
   const double begin = MPI_Wtime(), rebuilding = solver.times().seconds("rebuild");
   totals_.n_moved += solver.adopt(std::move(partition));
   ++totals_.n_repartitions;
   const double rebuild = solver.times().seconds("rebuild") - rebuilding;
   average_in(change_.rebuild, rebuild, totals_.n_repartitions == 1);
-  if (busiest_moves_ > 0)
-    average_in(change_.particle, (MPI_Wtime() - begin - rebuild) / static_cast<double>(busiest_moves_), false);
+  if (busiest_moves > 0)
+    average_in(change_.particle, (MPI_Wtime() - begin - rebuild) / static_cast<double>(busiest_moves), false);
 }
 
 }  // namespace bulkley

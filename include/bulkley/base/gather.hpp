@@ -1,6 +1,7 @@
 #pragma once
 // Lists of numbers from all ranks to the root, however long.
 
+#include <functional>
 #include <vector>
 
 #include "bulkley/base/parallel.hpp"
@@ -17,20 +18,18 @@ template <class Number>
 void broadcast_values(const Comm& comm, std::vector<Number>& values);
 
 namespace detail {
-/// Bytes of all ranks on the root, at `to` (room for the sum of `sizes`, which the root knows by rank). Collective.
-void gather_bytes(const Comm& comm, const void* from, std::size_t size, void* to, const std::vector<GlobalIndex>& sizes);
-std::vector<GlobalIndex> gather_sizes(const Comm& comm, std::size_t size);
+/// On the root: the bytes of all ranks one after the other, resized by `room(bytes)`, which returns where they go.
+void gather_bytes(const Comm& comm, const void* from, std::size_t size, const std::function<void*(std::size_t)>& room);
 void broadcast_bytes(const Comm& comm, void* bytes, std::size_t size);
 }  // namespace detail
 
 template <class Number>
 std::vector<Number> gather_values(const Comm& comm, const std::vector<Number>& local) {
-  const std::size_t bytes = local.size() * sizeof(Number);
-  const std::vector<GlobalIndex> sizes = detail::gather_sizes(comm, bytes);
-  std::size_t total = 0;
-  for (const GlobalIndex size : sizes) total += static_cast<std::size_t>(size);
-  std::vector<Number> all(total / sizeof(Number));
-  detail::gather_bytes(comm, local.data(), bytes, all.data(), sizes);
+  std::vector<Number> all;
+  detail::gather_bytes(comm, local.data(), local.size() * sizeof(Number), [&](std::size_t bytes) {
+    all.resize(bytes / sizeof(Number));
+    return static_cast<void*>(all.data());
+  });
   return all;
 }
 

@@ -48,9 +48,9 @@ struct PartitionNotes {
 Partition make_partition(const GridGeometry& grid, const PartitionSettings& settings, const TileLoad& load, int n_ranks,
                          const Partition* present = nullptr, const CostModel& cost = {}, PartitionNotes* notes = nullptr);
 
-/// `present` with as few tiles moved from rank to rank as bring the largest load near the mean: loads diffuse between ranks
-/// whose tiles touch (Hu, Blake & Emerson 1998), by the tiles that lengthen the borders least. Not collective.
-Partition rebalanced(const GridGeometry& grid, const TileLoad& load, const Partition& present);
+/// `present` with as few tiles moved from rank to rank as bring the largest load near the mean, in two ways: load is handed on
+/// from neighbour to neighbour, or goes straight from full ranks to empty ones (src/domain/diffusion.hpp). Not collective.
+std::array<Partition, 2> rebalanced(const GridGeometry& grid, const TileLoad& load, const Partition& present);
 
 /// The root's partition on every rank. Collective.
 Partition share_partition(const Comm& comm, Partition partition);

@@ -13,8 +13,8 @@ enum class PartitionMethod {
 
 struct PartitionSettings {
   PartitionMethod method = PartitionMethod::automatic;
-  int decision_interval = 50;  ///< steps between two decisions of `automatic` whether a new map pays; 0: none
-  int remake_interval = 0;     ///< steps between two new maps, whether they pay or not; 0: none
+  int decision_interval = 100;  ///< `automatic`: steps after which the balance is looked at in any case; 0: never
+  int remake_interval = 0;      ///< steps between two new maps, whether they pay or not; 0: none
 };
 
 }  // namespace bulkley

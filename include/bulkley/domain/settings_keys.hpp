@@ -22,7 +22,9 @@ inline const config::Keys<PartitionSettings>& keys(config::Of<PartitionSettings>
                          "hilbert: tiles of 4 x 4 x 4 nodes in the order of a Hilbert curve; metis: tiles grouped with few "
                          "shared nodes; auto: whichever is predicted to be fastest, changed when that pays."})
           .key("decision_interval", &PartitionSettings::decision_interval,
-               {.about = "Steps between two decisions of auto whether a new map pays; 0: the map of the start stays.",
+               {.about =
+                    "Steps after which auto looks in any case whether a new map pays; it does so earlier when the fullest "
+                    "rank grows. 0: the map of the start stays.",
                 .unit = "steps",
                 .range = config::at_least(0.0)})
           .key("remake_interval", &PartitionSettings::remake_interval,

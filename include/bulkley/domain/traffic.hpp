@@ -25,6 +25,9 @@ struct RankTraffic {
 /// collective.
 std::vector<RankTraffic> predict_traffic(const GridGeometry& grid, const Partition& partition, const TileLoad& load);
 
+/// Seconds of a step that the bytes and messages of the busiest rank take. Not collective.
+double predicted_exchange(const std::vector<RankTraffic>& traffic, const CostModel& cost);
+
 /// Seconds that the slowest rank needs for a step: its load, its bytes and its messages. Not collective.
 double predicted_step(const std::vector<RankTraffic>& traffic, const CostModel& cost);
 

@@ -1,7 +1,6 @@
 #pragma once
 // Which cell of which pool tile each particle is in, and the physical order of particles.
 
-#include <functional>
 #include <span>
 #include <vector>
 
@@ -48,10 +47,18 @@ void locate(const GridGeometry& grid, const PoolLayout& layout, const ParticleSe
 /// What each tile holds. Precondition: positions inside the domain, materials below `n_materials`. Not collective.
 TileCensus take_census(const GridGeometry& grid, const ParticleSet& particles, int n_materials);
 
-/// Calls visit(there) for the tile with these coordinates and occupied cells (TileCensus::cells), and for every other one that
-/// a particle in one of the cells may enter by moving one cell. Not collective.
-void visit_reach(const GridGeometry& grid, const Int3& tile, std::uint64_t cells,
-                 const std::function<void(TileIndex)>& visit);
+/// Bit d = 9 (a + 1) + 3 (b + 1) + (c + 1): a particle in one of the occupied cells (TileCensus::cells) of a tile may enter the
+/// neighbour (a, b, c) of the tile by moving one cell, or is in it already.
+std::uint32_t reach_of(std::uint64_t cells);
+
+/// Calls visit(there) for the tiles that reach_of names. Not collective.
+template <class Visit>
+void visit_reach(const GridGeometry& grid, const Int3& tile, std::uint64_t cells, Visit visit) {
+  const std::uint32_t reach = reach_of(cells);
+  for (int d = 0; d < 27; ++d)
+    if (reach >> d & 1)
+      if (const TileIndex there = grid.neighbour(tile, {d / 9 - 1, d / 3 % 3 - 1, d % 3 - 1}); there >= 0) visit(there);
+}
 
 /// The tiles that visit_reach finds from the tiles of the census; ascending. Not collective.
 std::vector<TileIndex> tiles_in_reach(const GridGeometry& grid, const TileCensus& census);

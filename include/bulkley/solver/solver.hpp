@@ -115,7 +115,7 @@ class Solver {
   PhaseTimes times_;
   std::vector<double> material_seconds_;
   double exchange_wait_ = 0.0;  ///< of exchanges that are gone
-  GlobalIndex n_jumps_ = 0;  ///< since the last sort
+  GlobalIndex n_jumps_ = 0;     ///< since the last sort
   GlobalIndex n_rebuilds_ = 0;
 };
 
