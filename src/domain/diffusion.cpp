@@ -10,6 +10,7 @@ namespace bulkley {
 namespace {
 
 constexpr int max_rounds = 12;
+constexpr double worth_flowing = 0.01;  // of the mean load: a smaller gain of the flows is not worth the longer borders
 
 struct Flow {
   int from, to;
@@ -169,22 +170,21 @@ class Diffusion {
 std::vector<std::int32_t> diffused(const TileGraph& graph, const TileLoad& load, std::vector<std::int32_t> part, int n_parts,
                                    double tolerance) {
   if (n_parts == 1 || graph.size() == 0) return part;
-  Diffusion diffusion(graph, load, std::move(part), n_parts);
-  std::vector<std::int32_t> best = diffusion.part();
-  double smallest = diffusion.largest();
-  const auto keep_if_better = [&] {
-    if (diffusion.largest() >= smallest) return false;
-    smallest = diffusion.largest();
-    best = diffusion.part();
-    return true;
-  };
-  for (int round = 0; round < max_rounds && smallest > tolerance; ++round) {
-    diffusion.round();
-    if (!keep_if_better()) break;
+  Diffusion polished(graph, load, part, n_parts);
+  const double at_first = polished.largest();
+  polished.polish(tolerance);
+  if (polished.largest() <= tolerance) return polished.part();
+
+  // Single tiles find no way through full parts; flows do, but shift all borders.
+  Diffusion flown(graph, load, std::move(part), n_parts);
+  double before = at_first;
+  for (int round = 0; round < max_rounds && before > tolerance; ++round) {
+    flown.round();
+    if (flown.largest() >= before) break;
+    before = flown.largest();
   }
-  diffusion.polish(tolerance);
-  keep_if_better();
-  return best;
+  flown.polish(tolerance);
+  return flown.largest() < polished.largest() - worth_flowing ? flown.part() : polished.part();
 }
 
 }  // namespace bulkley
