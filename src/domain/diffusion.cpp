@@ -4,6 +4,7 @@
 #include <Eigen/SparseCore>
 #include <algorithm>
 #include <queue>
+#include <set>
 
 namespace bulkley {
 
@@ -37,7 +38,7 @@ class Diffusion {
     for (const Flow& flow : flows()) carry_out(flow);
   }
 
-  // Moves single tiles out of the fullest part as long as that lowers the larger of the two loads.
+  // Moves single tiles, or pieces, out of the fullest part as long as that lowers the larger of the two loads.
   void polish(double tolerance) {
     for (int n = 0; n < 4 * n_parts_ && largest() > tolerance; ++n)
       if (!relieve(static_cast<int>(std::max_element(part_load_.begin(), part_load_.end()) - part_load_.begin()))) return;
@@ -140,7 +141,10 @@ class Diffusion {
     }
   }
 
-  bool relieve(int full) {
+  bool relieve(int full) { return tiles_[full].size() > 1 && (pass_tile(full) || pass_piece(full)); }
+
+  // A tile of the part to one that touches it.
+  bool pass_tile(int full) {
     std::int32_t best = -1;
     int best_gain = 0, best_part = -1;
     for (const std::int32_t t : tiles_[full])
@@ -151,9 +155,43 @@ class Diffusion {
         if (best >= 0 && g <= best_gain) return;
         best = t, best_gain = g, best_part = to;
       });
-    if (best < 0 || tiles_[full].size() == 1) return false;
+    if (best < 0) return false;
     move(best, best_part);
     return true;
+  }
+
+  // A drop, or whatever else hangs together, to the emptiest part: the parts around it may all be full, or there may be none.
+  bool pass_piece(int full) {
+    const int to = static_cast<int>(std::min_element(part_load_.begin(), part_load_.end()) - part_load_.begin());
+    const std::vector<std::vector<std::int32_t>> pieces = pieces_of(full);
+    if (pieces.size() == 1) return false;
+    const std::vector<std::int32_t>* best = nullptr;
+    GlobalIndex smallest = part_load_[full];
+    for (const std::vector<std::int32_t>& piece : pieces) {
+      GlobalIndex weight = 0;
+      for (const std::int32_t t : piece) weight += load_.weight[t];
+      const GlobalIndex larger = std::max(part_load_[full] - weight, part_load_[to] + weight);
+      if (larger >= smallest) continue;
+      smallest = larger;
+      best = &piece;
+    }
+    if (!best) return false;
+    for (const std::int32_t t : *best) move(t, to);
+    return true;
+  }
+
+  std::vector<std::vector<std::int32_t>> pieces_of(int part) const {
+    std::vector<std::vector<std::int32_t>> pieces;
+    std::set<std::int32_t> left(tiles_[part].begin(), tiles_[part].end());
+    while (!left.empty()) {
+      std::vector<std::int32_t>& piece = pieces.emplace_back(1, *left.begin());
+      left.erase(left.begin());
+      for (std::size_t n = 0; n < piece.size(); ++n)
+        for_each_neighbour(piece[n], [&](std::int32_t other, int) {
+          if (left.erase(other) > 0) piece.push_back(other);
+        });
+    }
+    return pieces;
   }
 
   const TileGraph& graph_;
