@@ -56,6 +56,7 @@ ExitCode run_program(const Comm& comm, int argc, char** argv) {
   };
   add("run", "run a scene", add_run);
   add("check", "validate a scene and predict its run, without running it", add_check);
+  add("partition", "compare ways of dividing a scene among ranks, without running it", add_partition);
   add("info", "say what a checkpoint or frame holds and verify its checksums", add_info);
   add("compare", "compare the particles of two checkpoints", add_compare);
   add("rheometer", "measure a material at one point, with the solver's kernel, or fit a measured flow curve", add_rheometer);

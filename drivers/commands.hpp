@@ -18,6 +18,7 @@ using Command = std::function<ExitCode(const Comm&)>;
 Command add_run(CLI::App& app);
 Command add_check(CLI::App& app);
 Command add_info(CLI::App& app);
+Command add_partition(CLI::App& app);
 Command add_compare(CLI::App& app);
 Command add_bench(CLI::App& app);
 Command add_rheometer(CLI::App& app);

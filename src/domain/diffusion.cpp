@@ -4,12 +4,14 @@
 #include <Eigen/SparseCore>
 #include <algorithm>
 #include <queue>
+#include <set>
 
 namespace bulkley {
 
 namespace {
 
 constexpr int max_rounds = 12;
+constexpr double worth_flowing = 0.01;  // of the mean load: a smaller gain of the flows is not worth the longer borders
 
 struct Flow {
   int from, to;
@@ -51,7 +53,7 @@ class Diffusion {
     }
   }
 
-  // Moves single tiles out of the fullest part as long as that lowers the larger of the two loads.
+  // Moves single tiles, or pieces, out of the fullest part as long as that lowers the larger of the two loads.
   void polish(double tolerance) {
     for (int n = 0; n < 4 * n_parts_ && largest() > tolerance; ++n)
       if (!relieve(static_cast<int>(std::max_element(part_load_.begin(), part_load_.end()) - part_load_.begin()))) return;
@@ -156,7 +158,10 @@ class Diffusion {
     }
   }
 
-  bool relieve(int full) {
+  bool relieve(int full) { return tiles_[full].size() > 1 && (pass_tile(full) || pass_piece(full)); }
+
+  // A tile of the part to one that touches it.
+  bool pass_tile(int full) {
     std::int32_t best = -1;
     int best_gain = 0, best_part = -1;
     for (const std::int32_t t : tiles_[full])
@@ -167,9 +172,43 @@ class Diffusion {
         if (best >= 0 && g <= best_gain) return;
         best = t, best_gain = g, best_part = to;
       });
-    if (best < 0 || tiles_[full].size() == 1) return false;
+    if (best < 0) return false;
     move(best, best_part);
     return true;
+  }
+
+  // A drop, or whatever else hangs together, to the emptiest part: the parts around it may all be full, or there may be none.
+  bool pass_piece(int full) {
+    const int to = static_cast<int>(std::min_element(part_load_.begin(), part_load_.end()) - part_load_.begin());
+    const std::vector<std::vector<std::int32_t>> pieces = pieces_of(full);
+    if (pieces.size() == 1) return false;
+    const std::vector<std::int32_t>* best = nullptr;
+    GlobalIndex smallest = part_load_[full];
+    for (const std::vector<std::int32_t>& piece : pieces) {
+      GlobalIndex weight = 0;
+      for (const std::int32_t t : piece) weight += load_.weight[t];
+      const GlobalIndex larger = std::max(part_load_[full] - weight, part_load_[to] + weight);
+      if (larger >= smallest) continue;
+      smallest = larger;
+      best = &piece;
+    }
+    if (!best) return false;
+    for (const std::int32_t t : *best) move(t, to);
+    return true;
+  }
+
+  std::vector<std::vector<std::int32_t>> pieces_of(int part) const {
+    std::vector<std::vector<std::int32_t>> pieces;
+    std::set<std::int32_t> left(tiles_[part].begin(), tiles_[part].end());
+    while (!left.empty()) {
+      std::vector<std::int32_t>& piece = pieces.emplace_back(1, *left.begin());
+      left.erase(left.begin());
+      for (std::size_t n = 0; n < piece.size(); ++n)
+        for_each_neighbour(piece[n], [&](std::int32_t other, int) {
+          if (left.erase(other) > 0) piece.push_back(other);
+        });
+    }
+    return pieces;
   }
 
   const TileGraph& graph_;
@@ -196,22 +235,21 @@ std::vector<std::int32_t> relieved(const TileGraph& graph, const TileLoad& load,
 std::vector<std::int32_t> diffused(const TileGraph& graph, const TileLoad& load, std::vector<std::int32_t> part, int n_parts,
                                    double tolerance) {
   if (n_parts == 1 || graph.size() == 0) return part;
-  Diffusion diffusion(graph, load, std::move(part), n_parts);
-  std::vector<std::int32_t> best = diffusion.part();
-  double smallest = diffusion.largest();
-  const auto keep_if_better = [&] {
-    if (diffusion.largest() >= smallest) return false;
-    smallest = diffusion.largest();
-    best = diffusion.part();
-    return true;
-  };
-  for (int round = 0; round < max_rounds && smallest > tolerance; ++round) {
-    diffusion.round();
-    if (!keep_if_better()) break;
+  Diffusion polished(graph, load, part, n_parts);
+  const double at_first = polished.largest();
+  polished.polish(tolerance);
+  if (polished.largest() <= tolerance) return polished.part();
+
+  // Single tiles find no way through full parts; flows do, but shift all borders.
+  Diffusion flown(graph, load, std::move(part), n_parts);
+  double before = at_first;
+  for (int round = 0; round < max_rounds && before > tolerance; ++round) {
+    flown.round();
+    if (flown.largest() >= before) break;
+    before = flown.largest();
   }
-  diffusion.polish(tolerance);
-  keep_if_better();
-  return best;
+  flown.polish(tolerance);
+  return flown.largest() < polished.largest() - worth_flowing ? flown.part() : polished.part();
 }
 
 }  // namespace bulkley

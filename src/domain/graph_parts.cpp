@@ -41,20 +41,20 @@ std::string fault_in(const TileGraph& graph, const std::vector<std::int32_t>& pa
 
 }  // namespace
 
-std::optional<std::vector<std::int32_t>> metis_k_way(const TileGraph& graph, const std::vector<std::int32_t>& weights,
-                                                     int n_parts) {
+std::optional<std::vector<std::int32_t>> metis_bisections(const TileGraph& graph, const std::vector<std::int32_t>& weights,
+                                                          int n_parts) {
   idx_t options[METIS_NOPTIONS];
   METIS_SetDefaultOptions(options);
   options[METIS_OPTION_SEED] = 1;
   options[METIS_OPTION_NUMBERING] = 0;
-  options[METIS_OPTION_UFACTOR] = 20;  // 2 % above the mean
+  options[METIS_OPTION_UFACTOR] = 1;  // 0.1 % above the mean in each bisection
   // METIS takes all of these by pointers to what it does not change.
   TileGraph g = graph;
   std::vector<std::int32_t> w = weights;
   idx_t n = graph.size(), n_constraints = 1, parts = n_parts, cut = 0;
   std::vector<std::int32_t> part(static_cast<std::size_t>(n), 0);
-  const int result = METIS_PartGraphKway(&n, &n_constraints, g.first.data(), g.neighbour.data(), w.data(), nullptr,
-                                         g.shared.data(), &parts, nullptr, nullptr, options, &cut, part.data());
+  const int result = METIS_PartGraphRecursive(&n, &n_constraints, g.first.data(), g.neighbour.data(), w.data(), nullptr,
+                                              g.shared.data(), &parts, nullptr, nullptr, options, &cut, part.data());
   if (result != METIS_OK) return std::nullopt;
   return part;
 }

@@ -9,6 +9,7 @@
 #include <random>
 
 #include "bulkley/base/parallel.hpp"
+#include "support/tile_loads.hpp"
 
 namespace bulkley {
 namespace {
@@ -16,31 +17,7 @@ namespace {
 constexpr PartitionSettings uniform{PartitionMethod::uniform};
 constexpr PartitionSettings ranges{PartitionMethod::ranges};
 
-GridGeometry open_grid(const Int3& n_cells) {
-  GridGeometry grid;
-  grid.cell_size = 0.1;
-  grid.n_cells = n_cells;
-  return grid;
-}
-
-std::vector<GlobalIndex> random_load(const GridGeometry& grid, unsigned seed) {
-  std::mt19937 random(seed);
-  std::vector<GlobalIndex> load(grid.n_tiles());
-  for (GlobalIndex& tile : load) tile = random() % 3 == 0 ? random() % 600 : 0;
-  return load;
-}
-
-// 512 particles in each tile of a ball that is not in the middle of the grid.
-std::vector<GlobalIndex> ball_load(const GridGeometry& grid) {
-  std::vector<GlobalIndex> load(grid.n_tiles(), 0);
-  const Vec3 centre = Vec3(0.3 * grid.n_tiles(0), 0.35 * grid.n_tiles(1), 0.28 * grid.n_tiles(2));
-  const double radius = 0.25 * grid.n_tiles(0);
-  for (TileIndex tile = 0; tile < grid.n_tiles(); ++tile) {
-    const Int3 at = grid.tile_coordinates(tile);
-    if ((Vec3(at[0] + 0.5, at[1] + 0.5, at[2] + 0.5) - centre).norm() < radius) load[tile] = 512;
-  }
-  return load;
-}
+GridGeometry open_grid(const Int3& n_cells) { return grid_of_cells(n_cells); }
 
 void expect_valid(const GridGeometry& grid, const Partition& partition, int n_ranks) {
   EXPECT_EQ(partition.n_ranks[0] * partition.n_ranks[1] * partition.n_ranks[2], n_ranks);

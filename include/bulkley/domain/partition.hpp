@@ -39,8 +39,8 @@ struct PartitionNotes {
 /// face have one owner. With `present`, its ranges stay while they serve about as well as when they were cut.
 ///
 /// The workers: the owners of the nodes for `uniform` and `ranges`; chunks of a Hilbert curve through the loaded tiles for
-/// `hilbert`; parts of their graph with few shared nodes for `metis` (Karypis & Kumar 1998, k-way; then moved towards even
-/// loads); for `automatic` the one of these for which `cost` predicts the fastest step. Parts are numbered for the largest
+/// `hilbert`; parts of their graph with few shared nodes for `metis` (Karypis & Kumar 1998, recursive
+/// bisection; then moved towards even loads); for `automatic` the one of these for which `cost` predicts the fastest step. Parts are numbered for the largest
 /// overlap with `present`, or else with the owners. An empty tile goes to the worker of a nearest loaded one.
 ///
 /// Deterministic: the same for the same arguments. Throws UsageError when the grid has too few tiles for n_ranks. Not
