@@ -94,13 +94,17 @@ std::vector<PartitionRow> rows_of(const PartitionTask& task, PartitionMethod met
     if (left) row.moved = moved_part(task, *left, partition);
     std::vector<PartitionRow> rows{row};
     if (left && method == PartitionMethod::automatic) {
-      PartitionRow shifted = row;
-      shifted.chosen = "moved";
-      shifted.remarks.clear();
-      shifted.seconds = time_of([&] { partition = rebalanced(task.grid, task.load, *left); });
-      describe(task, partition, shifted);
-      shifted.moved = moved_part(task, *left, partition);
-      rows.push_back(shifted);
+      std::array<Partition, 2> changed;
+      const double seconds = time_of([&] { changed = rebalanced(task.grid, task.load, *left); });
+      for (std::size_t way = 0; way < 2; ++way) {
+        PartitionRow shifted = row;
+        shifted.chosen = way == 0 ? "handed on" : "straight";
+        shifted.remarks.clear();
+        shifted.seconds = seconds;
+        describe(task, changed[way], shifted);
+        shifted.moved = moved_part(task, *left, changed[way]);
+        rows.push_back(shifted);
+      }
     }
     return rows;
   } catch (const UsageError& error) {
