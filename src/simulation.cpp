@@ -35,6 +35,7 @@ class Simulation {
   Simulation(const Comm& comm, const Scene& scene, const RunOptions& options)
       : comm_(comm), scene_(scene), options_(options) {
     clock_.start = last_progress_ = last_checkpoint_time_ = MPI_Wtime();
+    if (scene_.output.grid) Grid::check_fits(scene_.grid);
     prepare_folder();
     for (const NamedMaterial& material : scene_.materials)
       if (!material.caveat.empty()) warn(fmt::format("material '{}': {}", material.name, material.caveat));

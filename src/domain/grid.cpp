@@ -14,19 +14,22 @@ int wrapped(int index, int n_nodes) { return (index % n_nodes + n_nodes) % n_nod
 
 std::vector<PetscInt> petsc_ranges(const std::vector<int>& nodes) { return {nodes.begin(), nodes.end()}; }
 
-void check_size(const GridGeometry& geometry) {
-  const GlobalIndex n = GlobalIndex{1} * geometry.n_nodes(0) * geometry.n_nodes(1) * geometry.n_nodes(2);
-  if (n > PETSC_MAX_INT / n_unknowns)
+}  // namespace
+
+bool Grid::fits(const GridGeometry& geometry) {
+  return GlobalIndex{1} * geometry.n_nodes(0) * geometry.n_nodes(1) * geometry.n_nodes(2) <= PETSC_MAX_INT / n_unknowns;
+}
+
+void Grid::check_fits(const GridGeometry& geometry) {
+  if (!fits(geometry))
     throw UsageError(
         fmt::format("the grid has {} x {} x {} nodes, more than this PETSc can number ({} unknowns each, {}-bit "
                     "indices); use a coarser grid or a PETSc with 64-bit indices",
                     geometry.n_nodes(0), geometry.n_nodes(1), geometry.n_nodes(2), n_unknowns, 8 * sizeof(PetscInt)));
 }
 
-}  // namespace
-
 Grid::Grid(const Comm& comm, const GridGeometry& geometry, const Partition& partition) : geometry_(geometry) {
-  check_size(geometry);
+  check_fits(geometry);
   n_ranks_ = partition.n_ranks;
   BULKLEY_ASSERT(n_ranks_[0] * n_ranks_[1] * n_ranks_[2] == comm.size());
   for (int axis = 0; axis < 3; ++axis) {
@@ -74,7 +77,7 @@ Grid::Location Grid::locate(const Int3& node) const {
     width[axis] = starts_[axis][process[axis] + 1] - starts_[axis][process[axis]];
   }
   return {(process[0] * n_ranks_[1] + process[1]) * n_ranks_[2] + process[2],
-          (local[0] * width[1] + local[1]) * width[2] + local[2], width[2] - local[2]};
+          (local[0] * width[1] + local[1]) * width[2] + local[2]};
 }
 
 }  // namespace bulkley

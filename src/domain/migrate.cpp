@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "bulkley/base/petsc.hpp"
+#include "parcels.hpp"
 
 namespace bulkley {
 
@@ -18,12 +19,6 @@ namespace {
 
 constexpr int tag = 1;
 constexpr std::size_t message_limit = std::size_t{64} << 20;  // bytes; well below what an int counts
-
-// Particles that go to, or come from, one rank.
-struct Parcel {
-  int rank;
-  GlobalIndex n_particles;
-};
 
 std::size_t bytes_moving(const ParticleSet& particles) {
   std::size_t bytes = 0;
@@ -36,30 +31,9 @@ std::vector<Parcel> parcels_of(const std::vector<Departure>& departures) {
   std::vector<Parcel> parcels;
   for (const Departure& d : departures) {
     if (parcels.empty() || parcels.back().rank != d.rank) parcels.push_back({d.rank, 0});
-    ++parcels.back().n_particles;
+    ++parcels.back().count;
   }
   return parcels;
-}
-
-// Tells each rank how many particles come to it, and learns the same; costs one non-blocking barrier when nobody moves.
-std::vector<Parcel> announce(const Comm& comm, const std::vector<Parcel>& outgoing) {
-  std::vector<PetscMPIInt> ranks;
-  std::vector<GlobalIndex> counts;
-  for (const Parcel& parcel : outgoing) {
-    ranks.push_back(parcel.rank);
-    counts.push_back(parcel.n_particles);
-  }
-  PetscMPIInt n_sources = 0;
-  PetscMPIInt* sources = nullptr;
-  GlobalIndex* source_counts = nullptr;
-  BULKLEY_PETSC(PetscCommBuildTwoSided(comm.get(), 1, MPI_INT64_T, static_cast<PetscMPIInt>(ranks.size()), ranks.data(),
-                                       counts.data(), &n_sources, &sources, &source_counts));
-  std::vector<Parcel> incoming;
-  for (PetscMPIInt s = 0; s < n_sources; ++s) incoming.push_back({sources[s], source_counts[s]});
-  BULKLEY_PETSC(PetscFree(sources));
-  BULKLEY_PETSC(PetscFree(source_counts));
-  std::sort(incoming.begin(), incoming.end(), [](const Parcel& a, const Parcel& b) { return a.rank < b.rank; });
-  return incoming;
 }
 
 template <std::size_t size>
@@ -76,7 +50,7 @@ std::vector<std::byte> pack(const ParticleSet& particles, std::span<const Depart
   std::vector<std::byte> buffer(departures.size() * bytes_moving(particles));
   std::byte* to = buffer.data();
   for (const Parcel& parcel : parcels) {
-    const auto here = departures.first(static_cast<std::size_t>(parcel.n_particles));
+    const auto here = departures.first(static_cast<std::size_t>(parcel.count));
     departures = departures.subspan(here.size());
     for (std::size_t c = 0; c < particles.columns().size(); ++c) {
       const ParticleSet::Column& column = particles.columns()[c];
@@ -99,11 +73,11 @@ void unpack(const std::vector<std::byte>& buffer, const std::vector<Parcel>& par
     for (std::size_t c = 0; c < particles.columns().size(); ++c) {
       const ParticleSet::Column& column = particles.columns()[c];
       if (!column.moves) continue;
-      const std::size_t bytes = static_cast<std::size_t>(parcel.n_particles) * column.element_size;
+      const std::size_t bytes = static_cast<std::size_t>(parcel.count) * column.element_size;
       std::memcpy(particles.data(c) + at * column.element_size, from, bytes);
       from += bytes;
     }
-    at += static_cast<std::size_t>(parcel.n_particles);
+    at += static_cast<std::size_t>(parcel.count);
   }
 }
 
@@ -111,7 +85,7 @@ void unpack(const std::vector<std::byte>& buffer, const std::vector<Parcel>& par
 template <class Post>
 void for_each_message(const std::vector<Parcel>& parcels, std::size_t bytes_per_particle, std::byte* buffer, Post post) {
   for (const Parcel& parcel : parcels) {
-    std::size_t left = static_cast<std::size_t>(parcel.n_particles) * bytes_per_particle;
+    std::size_t left = static_cast<std::size_t>(parcel.count) * bytes_per_particle;
     while (left > 0) {
       const std::size_t bytes = std::min(left, message_limit);
       post(buffer, static_cast<int>(bytes), parcel.rank);
@@ -138,7 +112,7 @@ LocalIndex exchange_particles(const Comm& comm, std::span<const Departure> depar
   if (outgoing.empty() && incoming.empty()) return 0;
 
   GlobalIndex n_arriving = 0;
-  for (const Parcel& parcel : incoming) n_arriving += parcel.n_particles;
+  for (const Parcel& parcel : incoming) n_arriving += parcel.count;
   const GlobalIndex n_after = particles.size() - static_cast<GlobalIndex>(leaving.size()) + n_arriving;
   if (n_after > std::numeric_limits<LocalIndex>::max())
     throw RunError(fmt::format("{} particles on one rank are more than it can number; use more ranks", n_after));

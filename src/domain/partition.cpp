@@ -103,7 +103,7 @@ Partition boxes_for(const GridGeometry& grid, const TileLoad& load, int n_ranks,
   if (!present || owner_imbalance(grid, *present, load) > ranges_slack * present->owner_imbalance)
     return cut_ranges(grid, false, load, n_ranks);
   Partition boxes = *present;
-  boxes.worker = node_owners(grid, boxes);
+  boxes.worker = box_owners(grid, boxes);
   return boxes;
 }
 
@@ -157,7 +157,17 @@ std::array<Partition, 2> rebalanced(const GridGeometry& grid, const TileLoad& lo
   return result;
 }
 
-std::vector<std::int32_t> node_owners(const GridGeometry& grid, const Partition& partition) {
+Int3 separable_tiles(const GridGeometry& grid) {
+  Int3 n;
+  for (int axis = 0; axis < 3; ++axis) {
+    const int behind = grid.n_cells[axis] + grid.node_offset(axis) + 1;
+    const bool apart = !grid.periodic[axis] && behind / tile_width != (behind - 2) / tile_width;
+    n[axis] = grid.n_tiles(axis) - (apart ? 1 : 0);
+  }
+  return n;
+}
+
+std::vector<std::int32_t> box_owners(const GridGeometry& grid, const Partition& partition) {
   std::array<std::vector<int>, 3> process;  // along each axis, by tile
   for (int axis = 0; axis < 3; ++axis)
     for (std::size_t p = 0; p < partition.nodes[axis].size(); ++p)

@@ -219,17 +219,6 @@ const Candidate& best_of(const std::vector<Candidate>& all) {
   return *best;
 }
 
-// Tiles along the axis between which cuts may go. A node just behind a wall and its image in front of it stay with one owner:
-// where they lie in different tiles, which can only happen at the upper face, the last two tiles are never cut apart. No
-// particle belongs to the last one then.
-int n_divisible(const GridGeometry& grid, int axis) {
-  const int behind = grid.n_cells[axis] + grid.node_offset(axis) + 1;
-  const bool apart = !grid.periodic[axis] && behind / tile_width != (behind - 2) / tile_width;
-  return grid.n_tiles(axis) - (apart ? 1 : 0);
-}
-
-Int3 divisible_tiles(const GridGeometry& grid) { return {n_divisible(grid, 0), n_divisible(grid, 1), n_divisible(grid, 2)}; }
-
 // What a tile counts: its load, plus a constant that is about 1 % of the load when summed over all tiles. The last layer of
 // tiles is added to the one before it, where the two may not be cut apart.
 std::vector<GlobalIndex> counted_loads(const GridGeometry& grid, const Int3& divisible, bool uniform, const TileLoad& load) {
@@ -280,7 +269,7 @@ Cuts cut_chain(const std::vector<GlobalIndex>& loads, int n_parts) {
 
 Partition cut_ranges(const GridGeometry& grid, bool uniform, const TileLoad& load, int n_ranks) {
   const Int3 n_tiles{grid.n_tiles(0), grid.n_tiles(1), grid.n_tiles(2)};
-  const Int3 divisible = divisible_tiles(grid);
+  const Int3 divisible = separable_tiles(grid);
   const LoadTable table(divisible, counted_loads(grid, divisible, uniform, load));
   const std::vector<Candidate> all = candidates(grid, table, uniform, n_ranks);
   if (all.empty())
@@ -298,12 +287,12 @@ Partition cut_ranges(const GridGeometry& grid, bool uniform, const TileLoad& loa
       partition.nodes[axis].push_back((best.cuts[axis][part + 1] - best.cuts[axis][part]) * tile_width);
     partition.nodes[axis].back() -= n_tiles[axis] * tile_width - grid.n_nodes(axis);
   }
-  partition.worker = node_owners(grid, partition);
+  partition.worker = box_owners(grid, partition);
   return partition;
 }
 
 double owner_imbalance(const GridGeometry& grid, const Partition& partition, const TileLoad& load) {
-  const Int3 divisible = divisible_tiles(grid);
+  const Int3 divisible = separable_tiles(grid);
   const LoadTable table(divisible, counted_loads(grid, divisible, false, load));
   std::array<Cuts, 3> cuts;
   for (int axis = 0; axis < 3; ++axis) {

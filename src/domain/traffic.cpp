@@ -113,7 +113,7 @@ std::vector<RankTraffic> predict_traffic(const GridGeometry& grid, const Partiti
 
   const std::vector<TileIndex> tiles = pool_tiles(grid, partition, load);
   for (const TileIndex tile : tiles) ++rank_at(partition.worker[static_cast<std::size_t>(tile)]).n_tiles;
-  const std::vector<std::int32_t> owner = node_owners(grid, partition);
+  const NodeOwner owner(grid, partition.worker);
   std::vector<std::pair<std::int32_t, std::int32_t>> routes;  // {worker, owner}
   visit_reached(grid, partition, tiles, [&](const Int3& at, std::int32_t rank, NodeMask nodes) {
     rank_at(rank).n_pool_nodes += std::popcount(nodes);
@@ -122,7 +122,7 @@ std::vector<RankTraffic> predict_traffic(const GridGeometry& grid, const Partiti
       if (grid.periodic[axis]) wrapped[axis] %= grid.n_tiles(axis);
       if (wrapped[axis] == grid.n_tiles(axis)) return;  // beyond the grid
     }
-    const std::int32_t to = owner[static_cast<std::size_t>(grid.tile_index(wrapped))];
+    const std::int32_t to = owner(wrapped);
     const GlobalIndex bytes = std::popcount(nodes & existing_nodes(grid, wrapped)) * GlobalIndex{sizeof(Node)};
     if (to == rank || bytes == 0) return;
     rank_at(rank).bytes_add += bytes;

@@ -69,11 +69,13 @@ std::vector<Interval> merged(std::vector<Interval> intervals) {
 
 }  // namespace
 
-PoolLayout::PoolLayout(const GridGeometry& grid, std::vector<TileIndex> tiles) : tiles_(std::move(tiles)) {
+PoolLayout::PoolLayout(const GridGeometry& grid, std::vector<TileIndex> tiles)
+    : PoolLayout(grid, std::move(tiles), footprint_width(grid.order)) {}
+
+PoolLayout::PoolLayout(const GridGeometry& grid, std::vector<TileIndex> tiles, int width) : tiles_(std::move(tiles)) {
   if (tiles_.empty()) return;
   BULKLEY_ASSERT(std::adjacent_find(tiles_.begin(), tiles_.end(), std::greater_equal<>()) == tiles_.end());
   BULKLEY_ASSERT(tiles_.front() >= 0 && tiles_.back() < grid.n_tiles());
-  const int width = footprint_width(grid.order);
   const int overlap = width - tile_width;  // columns of a block that the previous tile column reaches too
 
   first_tile_ = tiles_.front();

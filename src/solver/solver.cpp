@@ -28,14 +28,11 @@ constexpr double empty_mass = 0x1p-48;
 class NodeAccess {
  public:
   explicit NodeAccess(const VecHandle& vec) : vec_(vec.get()) {
-    if (!vec_) return;
     PetscScalar* values = nullptr;
     BULKLEY_PETSC(VecGetArray(vec_, &values));
     values_ = values;
   }
-  ~NodeAccess() {
-    if (vec_) BULKLEY_PETSC(VecRestoreArray(vec_, &values_));
-  }
+  ~NodeAccess() { BULKLEY_PETSC(VecRestoreArray(vec_, &values_)); }
   NodeAccess(const NodeAccess&) = delete;
   NodeAccess& operator=(const NodeAccess&) = delete;
   Node* get() const { return reinterpret_cast<Node*>(values_); }
@@ -54,9 +51,8 @@ Solver::Solver(const Comm& comm, Physics physics, Partition partition, ParticleS
       partition_(std::move(partition)),
       particles_(std::move(particles)),
       reduce_(comm),
-      grid_(comm, physics_.grid, partition_),
       material_seconds_(physics_.materials.size(), 0.0) {
-  make_vectors();
+  if (Grid::fits(physics_.grid)) grid_.emplace(comm, physics_.grid, partition_);
   if (physics_.acceleration_field.given()) acceleration_.emplace(physics_.acceleration_field);
   StepBounds local;
   start_placing();
@@ -70,11 +66,6 @@ Solver::Solver(const Comm& comm, Physics physics, Partition partition, ParticleS
 }
 
 Solver::~Solver() = default;
-
-void Solver::make_vectors() {
-  owned_ = grid_.create_vector();
-  if (physics_.transfer.flip_fraction() > 0.0) owned_impulse_ = grid_.create_vector();
-}
 
 StepReport Solver::step(double remaining, int stop_request, TimeStepState& state, double time) {
   StepReport report;
@@ -105,37 +96,40 @@ void Solver::transfer_to_grid(double dt, double time, StepBounds& faults) {
     p2g(physics_.grid, physics_.transfer, layout_, particles_, map_, sums, dt, pool_.data(),
         split ? impulse_.data() : nullptr);
   }
-  const NodeAccess owned(owned_), impulse(owned_impulse_);
+  Node* const owned = owned_.data();
+  Node* const impulse = split ? owned_impulse_.data() : nullptr;
   {
     const Phase phase(times_, "exchange");
-    exchange_->add(pool_.data(), owned.get());
-    if (split) exchange_->add(impulse_.data(), impulse.get());
+    exchange_->add(pool_.data(), owned);
+    if (split) exchange_->add(impulse_.data(), impulse);
   }
   {
     const Phase phase(times_, "grid_update");
     const GridUpdate update{physics_.gravity, dt, empty_mass * sums.mass};
-    if (acceleration_ && dt > 0.0) accelerate(update, time, owned.get(), impulse.get(), faults);
-    fold_images(update, images_, owned.get(), impulse.get());
-    grid_update(update, exchange_->active_nodes(), owned.get(), impulse.get());
-    apply_constraints(constraints_, owned.get(), impulse.get());
-    unfold_images(images_, owned.get(), impulse.get());
+    if (acceleration_ && dt > 0.0) accelerate(update, time, owned, impulse, faults);
+    fold_images(update, images_, owned, impulse);
+    grid_update(update, exchange_->active_nodes(), owned, impulse);
+    apply_constraints(constraints_, owned, impulse);
+    unfold_images(images_, owned, impulse);
   }
   {
     const Phase phase(times_, "exchange");
-    exchange_->get(owned.get(), pool_.data());
-    if (split) exchange_->get(impulse.get(), impulse_.data());
+    exchange_->get(owned, pool_.data());
+    if (split) exchange_->get(impulse, impulse_.data());
   }
 }
 
 // Adds the forces of the acceleration field, times dt, to the nodes that have mass. Each node has one owner, who evaluates it.
 void Solver::accelerate(const GridUpdate& update, double time, Node* nodes, Node* impulse, StepBounds& faults) {
   const GridGeometry& geometry = physics_.grid;
-  for (const LocalIndex n : exchange_->active_nodes()) {
+  const auto active = exchange_->active_nodes();
+  for (std::size_t a = 0; a < active.size(); ++a) {
+    const LocalIndex n = active[a];
     const double mass = nodes[n].c[3];
     if (!(mass > update.smallest_mass)) continue;
-    const Int3 node = grid_.node(n);
+    const Int3& node = active_positions_[a];
     const Vec3 gain = (mass * update.dt) * (*acceleration_)(geometry.node_position(node), time);
-    for (int a = 0; a < 3; ++a) (impulse ? impulse : nodes)[n].c[a] += gain[a];
+    for (int axis = 0; axis < 3; ++axis) (impulse ? impulse : nodes)[n].c[axis] += gain[axis];
     if (gain.allFinite()) continue;
     ++faults.n_undefined_nodes;
     faults.undefined_node = std::min(faults.undefined_node, geometry.node_number(node));
@@ -253,10 +247,9 @@ void Solver::send_strays(StepBounds& local) {
 GlobalIndex Solver::adopt(Partition partition) {
   const bool same_boxes = partition.nodes == partition_.nodes;
   partition_ = std::move(partition);
-  if (!same_boxes) {
+  if (grid_ && !same_boxes) {
     const Phase phase(times_, "rebuild");
-    grid_ = Grid(comm_, physics_.grid, partition_);
-    make_vectors();
+    grid_.emplace(comm_, physics_.grid, partition_);
   }
   LocalIndex n_arrived = 0;
   {
@@ -284,13 +277,16 @@ void Solver::rebuild() {
   std::erase_if(tiles, [&](TileIndex tile) { return partition_.worker[static_cast<std::size_t>(tile)] != comm_.rank(); });
   collective_guard(comm_, [&] { layout_ = PoolLayout(geometry, std::move(tiles)); });
   if (exchange_) exchange_wait_ += exchange_->seconds_waiting();
-  exchange_ = std::make_unique<Exchange>(comm_, grid_, layout_);
+  exchange_ = std::make_unique<Exchange>(comm_, geometry, partition_.worker, layout_);
+  owned_.assign(static_cast<std::size_t>(exchange_->n_owned()), Node{});
   pool_.assign(static_cast<std::size_t>(layout_.n_nodes()), Node{});
-  if (physics_.transfer.flip_fraction() > 0.0) impulse_.assign(static_cast<std::size_t>(layout_.n_nodes()), Node{});
+  if (physics_.transfer.flip_fraction() > 0.0) {
+    impulse_.assign(static_cast<std::size_t>(layout_.n_nodes()), Node{});
+    owned_impulse_.assign(owned_.size(), Node{});
+  }
 
   const auto active = exchange_->active_nodes();
-  std::vector<Int3> nodes(active.size());
-  for (std::size_t n = 0; n < active.size(); ++n) nodes[n] = grid_.node(active[n]);
+  std::vector<Int3> nodes = exchange_->active_positions();
   constraints_ = node_constraints(geometry, physics_.faces, physics_.colliders, nodes);
   for (NodeConstraint& constraint : constraints_) constraint.node = active[static_cast<std::size_t>(constraint.node)];
   images_ = node_images(geometry, physics_.faces, nodes);
@@ -298,6 +294,7 @@ void Solver::rebuild() {
     image.behind = active[static_cast<std::size_t>(image.behind)];
     image.front = active[static_cast<std::size_t>(image.front)];
   }
+  if (acceleration_) active_positions_ = std::move(nodes);
 
   start_placing();
   locate(geometry, layout_, particles_, map_, strays_);
@@ -342,9 +339,9 @@ void Solver::measure_start() {
 VecHandle Solver::node_values() {
   StepBounds none;
   transfer_to_grid(0.0, 0.0, none);
-  VecHandle copy = grid_.create_vector();
-  const NodeAccess from(owned_), to(copy);
-  for (const LocalIndex n : exchange_->active_nodes()) to.get()[n] = from.get()[n];
+  VecHandle copy = grid_->create_vector();
+  const NodeAccess to(copy);
+  exchange_->store(comm_, owned_.data(), *grid_, to.get());
   return copy;
 }
 
@@ -359,8 +356,7 @@ GlobalIndex Solver::halo_bytes() const {
 
 std::size_t Solver::memory() const {
   std::size_t total = particles_.memory() + layout_.memory();
-  total += (pool_.capacity() + impulse_.capacity()) * sizeof(Node);
-  total += static_cast<std::size_t>(grid_.n_owned()) * sizeof(Node) * (owned_impulse_ ? 2 : 1);
+  total += (pool_.capacity() + impulse_.capacity() + owned_.capacity() + owned_impulse_.capacity()) * sizeof(Node);
   total += (map_.cell.capacity() + map_.count.capacity()) * sizeof(LocalIndex);
   total += images_.capacity() * sizeof(NodeImage);
   total += constraints_.capacity() * sizeof(NodeConstraint) + partition_.worker.capacity() * sizeof(std::int32_t);

@@ -75,6 +75,12 @@ struct Setting {
     }
     return (node[0] * geometry.n_nodes(1) + node[1]) * geometry.n_nodes(2) + node[2];
   }
+  // Rank whose box holds a node: here the workers are those.
+  int owner(Int3 node) const {
+    for (int axis = 0; axis < 3; ++axis)
+      if (geometry.periodic[axis]) node[axis] %= geometry.n_nodes(axis);
+    return partition.worker[geometry.tile_of_node(node)];
+  }
   std::size_t n_dense() const {
     return static_cast<std::size_t>(geometry.n_nodes(0)) * geometry.n_nodes(1) * geometry.n_nodes(2);
   }
@@ -113,9 +119,8 @@ class ExchangeTest : public testing::Test {
 
 TEST_F(ExchangeTest, AddSumsAllCopiesOfEachNode) {
   for_each_setting([&](const Setting& setting) {
-    const Grid grid(comm, setting.geometry, setting.partition);
     const PoolLayout& layout = setting.layouts[comm.rank()];
-    Exchange exchange(comm, grid, layout);
+    Exchange exchange(comm, setting.geometry, setting.partition.worker, layout);
 
     std::vector<Node> pool(layout.n_nodes());
     for (const NodeRow& row : layout.rows())
@@ -124,35 +129,45 @@ TEST_F(ExchangeTest, AddSumsAllCopiesOfEachNode) {
         for (int c = 0; c < 4; ++c)
           pool[row.offset + n].c[c] = inside ? contribution(comm.rank(), row, n, c) : nan;  // beyond: takes no part
       }
-    std::vector<Node> owned(grid.n_owned(), Node{{1.0, 2.0, 3.0, 4.0}});  // what was there does not count
+    std::vector<Node> owned(exchange.n_owned(), Node{{1.0, 2.0, 3.0, 4.0}});  // what was there does not count
     exchange.add(pool.data(), owned.data());
 
     const Setting::Truth truth = setting.truth();
+    const std::vector<Int3> positions = exchange.active_positions();
+    ASSERT_EQ(positions.size(), exchange.active_nodes().size());
     int n_wrong = 0;
-    std::vector<LocalIndex> active;
-    for (LocalIndex n = 0; n < grid.n_owned(); ++n) {
-      const Int3 node = grid.node(n);
-      const int at = setting.dense(node[0], node[1], node[2]);
-      const bool reached = truth.n_copies[at] > 0;
-      for (int c = 0; c < 4; ++c) n_wrong += owned[n].c[c] != (reached ? truth.sums[at].c[c] : c + 1.0);
-      if (reached) active.push_back(n);
+    std::vector<bool> found(setting.n_dense(), false);
+    for (std::size_t a = 0; a < positions.size(); ++a) {
+      const LocalIndex n = exchange.active_nodes()[a];
+      const int at = setting.dense(positions[a][0], positions[a][1], positions[a][2]);
+      ASSERT_GE(at, 0);
+      for (int c = 0; c < 4; ++c) n_wrong += owned[n].c[c] != truth.sums[at].c[c];
+      n_wrong += setting.owner(positions[a]) != comm.rank() || found[at];
+      found[at] = true;
+      owned[n] = Node{{1.0, 2.0, 3.0, 4.0}};
     }
+    for (const Node& node : owned)  // nothing else was touched
+      for (int c = 0; c < 4; ++c) n_wrong += node.c[c] != c + 1.0;
     EXPECT_EQ(n_wrong, 0);
-    EXPECT_EQ(active, std::vector<LocalIndex>(exchange.active_nodes().begin(), exchange.active_nodes().end()));
+    for (int i = 0; i < setting.geometry.n_nodes(0); ++i)
+      for (int j = 0; j < setting.geometry.n_nodes(1); ++j)
+        for (int k = 0; k < setting.geometry.n_nodes(2); ++k) {
+          const int at = setting.dense(i, j, k);
+          ASSERT_EQ(found[at], truth.n_copies[at] > 0 && setting.owner({i, j, k}) == comm.rank());
+        }
   });
 }
 
 TEST_F(ExchangeTest, GetBringsTheOwnersValues) {
   for_each_setting([&](const Setting& setting) {
-    const Grid grid(comm, setting.geometry, setting.partition);
     const PoolLayout& layout = setting.layouts[comm.rank()];
-    Exchange exchange(comm, grid, layout);
+    Exchange exchange(comm, setting.geometry, setting.partition.worker, layout);
 
-    std::vector<Node> owned(grid.n_owned());
-    for (LocalIndex n = 0; n < grid.n_owned(); ++n) {
-      const Int3 node = grid.node(n);
-      for (int c = 0; c < 4; ++c) owned[n].c[c] = 4 * setting.dense(node[0], node[1], node[2]) + c;
-    }
+    std::vector<Node> owned(exchange.n_owned(), Node{{nan, nan, nan, nan}});
+    const std::vector<Int3> positions = exchange.active_positions();
+    for (std::size_t a = 0; a < positions.size(); ++a)
+      for (int c = 0; c < 4; ++c)
+        owned[exchange.active_nodes()[a]].c[c] = 4 * setting.dense(positions[a][0], positions[a][1], positions[a][2]) + c;
     std::vector<Node> pool(layout.n_nodes(), Node{{nan, nan, nan, nan}});
     exchange.get(owned.data(), pool.data());
 
@@ -168,11 +183,10 @@ TEST_F(ExchangeTest, GetBringsTheOwnersValues) {
 
 TEST_F(ExchangeTest, ASumIsNeverNegativeZero) {
   for_each_setting([&](const Setting& setting) {
-    const Grid grid(comm, setting.geometry, setting.partition);
     const PoolLayout& layout = setting.layouts[comm.rank()];
-    Exchange exchange(comm, grid, layout);
+    Exchange exchange(comm, setting.geometry, setting.partition.worker, layout);
     const std::vector<Node> pool(layout.n_nodes(), Node{{-0.0, -0.0, -0.0, -0.0}});
-    std::vector<Node> owned(grid.n_owned(), Node{{nan, nan, nan, nan}});
+    std::vector<Node> owned(exchange.n_owned(), Node{{nan, nan, nan, nan}});
     exchange.add(pool.data(), owned.data());
     int n_wrong = 0;
     for (const LocalIndex n : exchange.active_nodes())
@@ -183,14 +197,13 @@ TEST_F(ExchangeTest, ASumIsNeverNegativeZero) {
 
 TEST_F(ExchangeTest, CountsWhatGoesToOthers) {
   for_each_setting([&](const Setting& setting) {
-    const Grid grid(comm, setting.geometry, setting.partition);
-    const Exchange exchange(comm, grid, setting.layouts[comm.rank()]);
+    const Exchange exchange(comm, setting.geometry, setting.partition.worker, setting.layouts[comm.rank()]);
     std::vector<std::size_t> to_owner(comm.size(), 0), to_sharer(comm.size(), 0);  // bytes of one add, one get
     for (int rank = 0; rank < comm.size(); ++rank)
       for (const NodeRow& row : setting.layouts[rank].rows())
         for (int n = 0; n < row.count; ++n) {
           if (setting.dense(row.i, row.j, row.k + n) < 0) continue;
-          const int owner = grid.locate({row.i, row.j, row.k + n}).rank;
+          const int owner = setting.owner({row.i, row.j, row.k + n});
           if (owner == rank) continue;
           if (rank == comm.rank()) to_owner[owner] += 4 * sizeof(double);
           if (owner == comm.rank()) to_sharer[rank] += 4 * sizeof(double);
@@ -202,6 +215,52 @@ TEST_F(ExchangeTest, CountsWhatGoesToOthers) {
     expect(to_owner, exchange.sent_by_add());
     expect(to_sharer, exchange.sent_by_get());
   });
+}
+
+TEST_F(ExchangeTest, StoresActiveNodesInTheGrid) {
+  for_each_setting([&](const Setting& setting) {
+    Partition boxes = setting.partition, other = setting.partition;
+    for (std::int32_t& worker : other.worker) worker = (worker + 1) % comm.size();  // nodes must travel
+    const Grid grid(comm, setting.geometry, boxes);
+    const Exchange exchange(comm, setting.geometry, other.worker, setting.layouts[comm.rank()]);
+    std::vector<Node> owned(exchange.n_owned(), Node{{nan, nan, nan, nan}});
+    const std::vector<Int3> positions = exchange.active_positions();
+    for (std::size_t a = 0; a < positions.size(); ++a)
+      for (int c = 0; c < 4; ++c)
+        owned[exchange.active_nodes()[a]].c[c] = 4 * setting.dense(positions[a][0], positions[a][1], positions[a][2]) + c;
+    std::vector<Node> global(grid.n_owned(), Node{{-1.0, -2.0, -3.0, -4.0}});
+    exchange.store(comm, owned.data(), grid, global.data());
+    const Setting::Truth truth = setting.truth();
+    int n_wrong = 0;
+    for (LocalIndex n = 0; n < grid.n_owned(); ++n) {
+      const Int3 node = grid.node(n);
+      const int at = setting.dense(node[0], node[1], node[2]);
+      for (int c = 0; c < 4; ++c) n_wrong += global[n].c[c] != (truth.n_copies[at] > 0 ? 4 * at + c : -1 - c);
+    }
+    EXPECT_EQ(n_wrong, 0);
+  });
+}
+
+// Where the tiles of the two nodes have different workers.
+TEST_F(ExchangeTest, ANodeBehindAWallAndItsImageHaveOneOwner) {
+  for (int n_cells = 5; n_cells <= 12; ++n_cells) {
+    GridGeometry geometry;
+    geometry.cell_size = 0.1;
+    geometry.n_cells = {n_cells, n_cells, n_cells};
+    std::vector<std::int32_t> worker(geometry.n_tiles());
+    for (TileIndex tile = 0; tile < geometry.n_tiles(); ++tile) worker[tile] = tile * 7919 % 101 % comm.size();
+    const NodeOwner owner(geometry, worker);
+    for (int axis = 0; axis < 3; ++axis)
+      for (int n = 0; n < n_cells; ++n) {
+        Int3 behind{n, n, n}, front{n, n, n};
+        for (const auto& [b, f] : {std::pair{n_cells + 2, n_cells}, std::pair{0, 2}}) {
+          behind[axis] = b / 4, front[axis] = f / 4;
+          for (int other = 0; other < 3; ++other)
+            if (other != axis) behind[other] = front[other] = n / 4;
+          EXPECT_EQ(owner(behind), owner(front)) << n_cells << " cells, axis " << axis;
+        }
+      }
+  }
 }
 
 }  // namespace

@@ -72,25 +72,6 @@ TEST_F(GridTest, LocateAgreesOnAllRanksAndWraps) {
   }
 }
 
-TEST_F(GridTest, ARunIsAllThatItsOwnerHoldsAlongZ) {
-  for (const GridGeometry& geometry : geometries()) {
-    const Grid grid(comm, geometry, uneven_partition(geometry, comm.size()));
-    for (int i = 0; i < geometry.n_nodes(0); ++i)
-      for (int j = 0; j < geometry.n_nodes(1); ++j)
-        for (int k = 0; k < geometry.n_nodes(2); ++k) {
-          const Grid::Location at = grid.locate({i, j, k});
-          for (LocalIndex n = 1; n < at.n_run; ++n) {
-            const Grid::Location next = grid.locate({i, j, k + n});
-            EXPECT_EQ(next.rank, at.rank);
-            EXPECT_EQ(next.index, at.index + n);
-          }
-          if (k + at.n_run < geometry.n_nodes(2)) {
-            EXPECT_NE(grid.locate({i, j, k + at.n_run}).rank, at.rank);
-          }
-        }
-  }
-}
-
 TEST_F(GridTest, ContainsWrapsPeriodicAxesOnly) {
   const GridGeometry slab = geometries()[2];
   const Grid grid(comm, slab, uneven_partition(slab, comm.size()));

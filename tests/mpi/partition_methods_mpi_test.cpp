@@ -216,7 +216,7 @@ TEST(FreePartition, NoLoadAtAllAndOneTile) {
   ASSERT_EQ(one.n_tiles(), 1);
   for (const PartitionMethod method : {PartitionMethod::hilbert, PartitionMethod::metis, PartitionMethod::automatic}) {
     const Partition nothing = make_partition(empty, by(method), {}, 8);
-    EXPECT_EQ(nothing.worker, node_owners(empty, nothing));
+    EXPECT_EQ(nothing.worker, box_owners(empty, nothing));
     const Partition single = make_partition(one, by(method), tile_load(std::vector<GlobalIndex>{9}), 1);
     EXPECT_EQ(single.worker, std::vector<std::int32_t>{0});
     EXPECT_THROW(make_partition(one, by(method), tile_load(std::vector<GlobalIndex>{9}), 2), UsageError);

@@ -79,8 +79,7 @@ TEST(Traffic, IsThatOfTheExchange) {
   GlobalIndex n_messages = 0;
   for_each_case(comm.size(), [&](const Case& c) {
     const PoolLayout pool = c.pool(comm.rank());
-    const Grid grid(comm, c.grid, c.partition);
-    const Exchange exchange(comm, grid, pool);
+    const Exchange exchange(comm, c.grid, c.partition.worker, pool);
     const RankTraffic mine = predict_traffic(c.grid, c.partition, c.load)[comm.rank()];
     EXPECT_EQ(mine.n_tiles, static_cast<GlobalIndex>(pool.tiles().size()));
     EXPECT_EQ(mine.n_pool_nodes, pool.n_nodes());
@@ -98,14 +97,21 @@ TEST(Traffic, IsThatOfTheExchange) {
 TEST(Traffic, NeighboursAreThoseWithCommonNodes) {
   const Comm comm(PETSC_COMM_WORLD);
   for_each_case(comm.size(), [&](const Case& c) {
-    const Grid grid(comm, c.grid, c.partition);
+    const NodeOwner owner_of(c.grid, c.partition.worker);
     std::set<std::pair<int, int>> pairs;
     for (int rank = 0; rank < comm.size(); ++rank) {
       const PoolLayout pool = c.pool(rank);
       for (const NodeRow& row : pool.rows())
         for (int n = 0; n < row.count; ++n) {
-          if (!grid.contains({row.i, row.j, row.k + n})) continue;
-          const int owner = grid.locate({row.i, row.j, row.k + n}).rank;
+          Int3 tile{row.i, row.j, row.k + n};
+          bool exists = true;
+          for (int axis = 0; axis < 3; ++axis) {
+            if (c.grid.periodic[axis]) tile[axis] %= c.grid.n_nodes(axis);
+            exists = exists && tile[axis] < c.grid.n_nodes(axis);
+            tile[axis] /= tile_width;
+          }
+          if (!exists) continue;
+          const int owner = owner_of(tile);
           if (owner == rank) continue;
           pairs.insert({rank, owner});
           pairs.insert({owner, rank});

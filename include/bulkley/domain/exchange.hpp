@@ -12,24 +12,34 @@ namespace bulkley {
 
 using SfHandle = PetscHandle<PetscSF, PetscSFDestroy>;
 
-/// Adds pools into owners and brings owners' values back to the pools, for one PoolLayout per rank. Pool nodes beyond the
+/// Adds pools into owners and brings owners' values back to the pools, for one PoolLayout per rank. The nodes of a tile are owned
+/// by its worker (NodeOwner), so that only the rims of pools travel; a rank keeps the nodes of those of its tiles that some
+/// pool reaches, and empty space costs nothing. Pool nodes beyond the
 /// grid's last node take no part; along periodic axes there are none, footprints wrap to the first nodes. The order of the
 /// additions is not defined: kernels round their contributions so that it does not matter (docs/theory.md, "Order-free
 /// sums").
 class Exchange {
  public:
-  Exchange(const Comm& comm, const Grid& grid, const PoolLayout& layout);  ///< Collective.
+  /// `worker`: by TileIndex, the same on every rank. Collective.
+  Exchange(const Comm& comm, const GridGeometry& grid, const std::vector<std::int32_t>& worker, const PoolLayout& pool);
   ~Exchange();
   Exchange(const Exchange&) = delete;
   Exchange& operator=(const Exchange&) = delete;
 
+  /// Size of the arrays of owned nodes below.
+  LocalIndex n_owned() const { return owned_.n_nodes(); }
   /// Owned nodes that some rank's pool reaches, ascending; the only ones a step needs to touch.
   std::span<const LocalIndex> active_nodes() const { return active_; }
+  /// Their grid indices. Not collective.
+  std::vector<Int3> active_positions() const;
 
   /// owned[n] = sum over ranks of their pool copies of node n, for every active node n; never -0. Collective.
   void add(const Node* pool, Node* owned);
   /// pool = owned, for every pool node of the grid; pool nodes beyond it become zero. Collective.
   void get(const Node* owned, Node* pool);
+
+  /// Copies the active nodes into a DMDA's nodes, which other ranks may hold. Collective.
+  void store(const Comm& comm, const Node* owned, const Grid& grid, Node* global) const;
 
   /// What one rank sends to others in one call.
   struct Traffic {
@@ -50,8 +60,12 @@ class Exchange {
   struct PoolPiece {
     LocalIndex pool, count;
   };
+  struct Reach;
+  Reach divide(const GridGeometry& grid, const std::vector<std::int32_t>& worker, const PoolLayout& pool, int rank);
+  void connect(const Comm& comm, const GridGeometry& grid, Reach& reach);
   std::vector<LocalIndex> reach_locally(std::vector<Piece> pieces);
 
+  PoolLayout owned_;  ///< of the tiles of nodes that this rank owns and some pool reaches
   MPI_Datatype node_type_ = MPI_DATATYPE_NULL;
   SfHandle sf_;                          ///< leaves: pool nodes that other ranks own; roots: the nodes of their owners
   std::vector<Piece> first_;             ///< pool nodes that this rank owns, each owned node once

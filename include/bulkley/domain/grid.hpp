@@ -1,5 +1,5 @@
 #pragma once
-// The distributed background grid: a PETSc DMDA of the nodes and its Vecs.
+// The background grid as fields for all to read: a PETSc DMDA of the nodes and its Vecs.
 
 #include <petscdmda.h>
 
@@ -13,13 +13,17 @@ using DmHandle = PetscHandle<DM, DMDestroy>;
 using VecHandle = PetscHandle<Vec, VecDestroy>;
 
 /// A DMDA with four unknowns per node ({momentum or velocity, mass}) under the partition's ownership ranges. Its boundaries
-/// are open and its stencil has no width: Exchange, not the DMDA, brings nodes to where they are needed, and wraps them.
+/// are open and its stencil has no width: Exchange, not the DMDA, brings nodes to where a step needs them, and wraps them.
 /// Nodes are numbered z fastest, as the rows of a pool run. A DMDA numbers its first axis fastest, so inside this class its
 /// axes are the grid's reversed, (z, y, x); DMDAVecGetArrayDOF thus gives an array indexed [i][j][k][component].
 class Grid {
  public:
+  /// Whether PETSc's indices are wide enough to number the unknowns.
+  static bool fits(const GridGeometry& geometry);
+  static void check_fits(const GridGeometry& geometry);  ///< Throws UsageError.
+
   /// Preconditions: the same arguments on every rank; `partition` is one of this grid for comm.size() ranks.
-  /// Throws UsageError when PETSc's indices are too narrow for the grid. Collective.
+  /// Throws UsageError when it does not fit. Collective.
   Grid(const Comm& comm, const GridGeometry& geometry, const Partition& partition);
 
   const GridGeometry& geometry() const { return geometry_; }
@@ -37,7 +41,6 @@ class Grid {
   struct Location {
     int rank;
     LocalIndex index;  ///< into the owner's nodes
-    LocalIndex n_run;  ///< nodes from this one on along z that the same owner holds one after the other
   };
   /// Whether (i, j, k) is a node: wrapped along periodic axes, within n_nodes along the others.
   bool contains(const Int3& node) const;

@@ -1,5 +1,5 @@
 #pragma once
-// Who owns which nodes (DMDA ownership ranges) and who works on which tile (worker map): two separate things.
+// Which rank works on which tile, and how the DMDA divides the nodes among ranks.
 
 #include <array>
 #include <string>
@@ -21,8 +21,30 @@ struct Partition {
   int rank_of(const Int3& process) const { return (process[0] * n_ranks[1] + process[1]) * n_ranks[2] + process[2]; }
 };
 
-/// Rank that owns the nodes of each tile, by TileIndex. Not collective.
-std::vector<std::int32_t> node_owners(const GridGeometry& grid, const Partition& partition);
+/// Rank whose box holds the nodes of each tile in the DMDA, by TileIndex. Not collective.
+std::vector<std::int32_t> box_owners(const GridGeometry& grid, const Partition& partition);
+
+/// Tiles along each axis that may go to different ranks. A node just behind a wall and its image just in front of it have one
+/// owner: where they lie in different tiles, which can only be at the upper face, the last layer goes with the one before. No
+/// particle belongs to it then. Not collective.
+Int3 separable_tiles(const GridGeometry& grid);
+
+/// The rank that sums up the nodes of a tile and updates them: the worker of the tile, or of the one in front of it
+/// (separable_tiles).
+class NodeOwner {
+ public:
+  NodeOwner(const GridGeometry& grid, const std::vector<std::int32_t>& worker)
+      : grid_(grid), worker_(worker), separable_(separable_tiles(grid)) {}
+  std::int32_t operator()(Int3 tile) const {
+    for (int axis = 0; axis < 3; ++axis) tile[axis] = tile[axis] < separable_[axis] ? tile[axis] : separable_[axis] - 1;
+    return worker_[static_cast<std::size_t>(grid_.tile_index(tile))];
+  }
+
+ private:
+  const GridGeometry& grid_;
+  const std::vector<std::int32_t>& worker_;
+  Int3 separable_;
+};
 
 /// How a partition came about.
 struct PartitionNotes {

@@ -41,8 +41,10 @@ struct NodeRow {
 class PoolLayout {
  public:
   PoolLayout() = default;
-  /// `tiles`: ascending, each once.
+  /// `tiles`: ascending, each once. The nodes are those of their footprints, or the first `width` along each axis from the first
+  /// of each tile.
   PoolLayout(const GridGeometry& grid, std::vector<TileIndex> tiles);
+  PoolLayout(const GridGeometry& grid, std::vector<TileIndex> tiles, int width);
 
   const std::vector<TileIndex>& tiles() const { return tiles_; }
   const std::vector<NodeRow>& rows() const { return rows_; }
@@ -52,7 +54,7 @@ class PoolLayout {
     const TileIndex relative = tile - first_tile_;
     return relative >= 0 && relative < static_cast<TileIndex>(slot_of_tile_.size()) ? slot_of_tile_[relative] : -1;
   }
-  /// footprint_width^2 offsets per slot.
+  /// width^2 offsets per slot.
   std::span<const LocalIndex> row_offsets() const { return row_offset_; }
   std::size_t memory() const;
 

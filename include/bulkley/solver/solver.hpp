@@ -49,15 +49,16 @@ class Solver {
   const ParticleSet& particles() const { return particles_; }
   const StepBounds& bounds() const { return bounds_; }
   const Partition& partition() const { return partition_; }
-  const Grid& grid() const { return grid_; }
+  /// The nodes as node_values gives them. Precondition: Grid::fits the scene's grid.
+  const Grid& grid() const { return *grid_; }
   PhaseTimes& times() { return times_; }
   const PhaseTimes& times() const { return times_; }
   const Exchange& exchange() const { return *exchange_; }
   /// What this rank sends to others in one step to add up nodes and to bring velocities back. Not collective.
   GlobalIndex halo_bytes() const;
   GlobalIndex n_rebuilds() const { return n_rebuilds_; }
-  /// {v, m} of the owned nodes that the particles as they are give, boundaries applied; zero where no particle reaches.
-  /// Changes no particle. Collective.
+  /// {v, m} of the DMDA's nodes that the particles as they are give, boundaries applied; zero where no particle reaches.
+  /// Changes no particle. Precondition: as for grid(). Collective.
   VecHandle node_values();
 
   /// Advances by one time step of at most `remaining` seconds. `stop_request` rides on the all-reduce and comes back merged
@@ -90,7 +91,6 @@ class Solver {
   void place(ParticleBlock block, StepBounds& outside);
   void send_strays(StepBounds& local);
   void rebuild();
-  void make_vectors();
   void measure_start();
   [[noreturn]] void report_failure() const;
 
@@ -100,13 +100,14 @@ class Solver {
   ParticleSet particles_;
   StepBounds bounds_;
   BoundsReduction reduce_;
-  Grid grid_;
-  VecHandle owned_, owned_impulse_;  ///< DMDA vectors; the second only where the transfer needs the velocity change
+  std::optional<Grid> grid_;          ///< none where PETSc cannot number its nodes: a step needs no such numbers
+  NodeVector owned_, owned_impulse_;  ///< by Exchange; the second only where the transfer needs the velocity change
   PoolLayout layout_;
   std::unique_ptr<Exchange> exchange_;
   NodeVector pool_, impulse_;
   std::vector<NodeConstraint> constraints_;
   std::vector<NodeImage> images_;
+  std::vector<Int3> active_positions_;  ///< of Exchange's active nodes; only where there is an acceleration field
   std::optional<VectorField> acceleration_;
   CellMap map_;
   std::vector<Stray> strays_;
