@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <map>
 #include <utility>
 
 #include "bulkley/kernel/cells.hpp"
@@ -12,8 +11,12 @@ namespace bulkley {
 
 namespace {
 
-// A tile of nodes in the numbering of pools, which does not wrap: along a periodic axis footprints end beyond the last tile.
-using NodeTile = std::pair<Int3, int>;  // coordinates, rank whose pool reaches it
+// A tile of nodes in the numbering of pools, which does not wrap: footprints reach one tile beyond the last.
+struct NodeTile {
+  Int3 at;
+  int rank;             // whose pool reaches it
+  std::uint64_t nodes;  // that the pool reaches
+};
 
 // The 64 nodes of a tile, of which tiles below along some axes reach the first ones.
 class NodeMasks {
@@ -31,6 +34,10 @@ class NodeMasks {
   std::uint64_t reached(int s) const { return reached_[s]; }
   /// Nodes of the tile at these coordinates that the grid has.
   static std::uint64_t existing(const GridGeometry& grid, const Int3& tile) {
+    bool whole = true;
+    for (int axis = 0; axis < 3; ++axis)
+      whole = whole && (grid.periodic[axis] || (tile[axis] + 1) * tile_width <= grid.n_nodes(axis));
+    if (whole) return ~std::uint64_t{0};
     std::uint64_t mask = 0;
     for (int n = 0; n < tile_nodes; ++n) {
       const int at[3] = {n / 16, n / 4 % 4, n % 4};
@@ -46,41 +53,47 @@ class NodeMasks {
   std::uint64_t reached_[8] = {};
 };
 
-// Nodes that the footprints of `tiles` reach, by {tile of nodes, rank}: sorted, each pair once.
-std::vector<std::pair<NodeTile, std::uint64_t>> reached_nodes(const GridGeometry& grid, const Partition& partition,
-                                                              const std::vector<TileIndex>& tiles) {
+// Calls visit(NodeTile) for the tiles of nodes that the footprints of `tiles` reach, once for each rank.
+template <class Visit>
+void visit_reached(const GridGeometry& grid, const Partition& partition, const std::vector<TileIndex>& tiles, Visit visit) {
   const NodeMasks masks(footprint_width(grid.order));
-  std::vector<std::pair<NodeTile, std::uint64_t>> all;
-  all.reserve(8 * tiles.size());
+  const auto n_ranks = static_cast<std::uint64_t>(partition.size());
+  const auto ny = static_cast<std::uint64_t>(grid.n_tiles(1)) + 1, nz = static_cast<std::uint64_t>(grid.n_tiles(2)) + 1;
+  std::vector<std::pair<std::uint64_t, std::uint64_t>> reached;  // {number of the tile and rank, nodes}: sorts fast
+  reached.reserve(8 * tiles.size());
   for (const TileIndex tile : tiles) {
     const Int3 at = grid.tile_coordinates(tile);
+    const auto rank = static_cast<std::uint64_t>(partition.worker[static_cast<std::size_t>(tile)]);
     for (int s = 0; s < 8; ++s) {
-      const Int3 there{at[0] + (s & 1), at[1] + (s >> 1 & 1), at[2] + (s >> 2 & 1)};
-      all.push_back({{there, partition.worker[static_cast<std::size_t>(tile)]}, masks.reached(s)});
+      const auto x = static_cast<std::uint64_t>(at[0] + (s & 1)), y = static_cast<std::uint64_t>(at[1] + (s >> 1 & 1)),
+                 z = static_cast<std::uint64_t>(at[2] + (s >> 2 & 1));
+      reached.emplace_back(((x * ny + y) * nz + z) * n_ranks + rank, masks.reached(s));
     }
   }
-  std::sort(all.begin(), all.end());
-  std::size_t last = 0;
-  for (std::size_t n = 1; n < all.size(); ++n) {
-    if (all[n].first == all[last].first)
-      all[last].second |= all[n].second;
-    else
-      all[++last] = all[n];
+  std::sort(reached.begin(), reached.end());
+  for (std::size_t n = 0; n < reached.size();) {
+    const std::uint64_t key = reached[n].first, number = key / n_ranks;
+    NodeTile there{{static_cast<int>(number / nz / ny), static_cast<int>(number / nz % ny), static_cast<int>(number % nz)},
+                   static_cast<int>(key % n_ranks),
+                   0};
+    for (; n < reached.size() && reached[n].first == key; ++n) there.nodes |= reached[n].second;
+    visit(there);
   }
-  if (!all.empty()) all.resize(last + 1);
-  return all;
 }
 
 // The tiles of the pools of all ranks; each has one worker, in whose pool it is.
 std::vector<TileIndex> pool_tiles(const GridGeometry& grid, const Partition& partition, const TileLoad& load) {
   const auto& worker = partition.worker;
-  std::vector<TileIndex> tiles;
-  for (std::size_t t = 0; t < load.size(); ++t)
+  std::vector<bool> in_pool(static_cast<std::size_t>(grid.n_tiles()), false);
+  for (std::size_t t = 0; t < load.size(); ++t) {
+    const std::int32_t rank = worker[static_cast<std::size_t>(load.tile[t])];
     visit_reach(grid, grid.tile_coordinates(load.tile[t]), load.cells[t], [&](TileIndex there) {
-      if (worker[static_cast<std::size_t>(there)] == worker[static_cast<std::size_t>(load.tile[t])]) tiles.push_back(there);
+      if (worker[static_cast<std::size_t>(there)] == rank) in_pool[static_cast<std::size_t>(there)] = true;
     });
-  std::sort(tiles.begin(), tiles.end());
-  tiles.erase(std::unique(tiles.begin(), tiles.end()), tiles.end());
+  }
+  std::vector<TileIndex> tiles;
+  for (std::size_t tile = 0; tile < in_pool.size(); ++tile)
+    if (in_pool[tile]) tiles.push_back(static_cast<TileIndex>(tile));
   return tiles;
 }
 
@@ -99,8 +112,8 @@ std::vector<RankTraffic> predict_traffic(const GridGeometry& grid, const Partiti
   for (const TileIndex tile : tiles) ++rank_at(partition.worker[static_cast<std::size_t>(tile)]).n_tiles;
   const std::vector<std::int32_t> owner = node_owners(grid, partition);
   std::vector<std::pair<std::int32_t, std::int32_t>> routes;  // {worker, owner}
-  for (const auto& [where, nodes] : reached_nodes(grid, partition, tiles)) {
-    const auto& [at, rank] = where;
+  visit_reached(grid, partition, tiles, [&](const NodeTile& there) {
+    const auto& [at, rank, nodes] = there;
     rank_at(rank).n_pool_nodes += std::popcount(nodes);
     Int3 wrapped = at;
     bool exists = true;
@@ -108,15 +121,15 @@ std::vector<RankTraffic> predict_traffic(const GridGeometry& grid, const Partiti
       if (grid.periodic[axis]) wrapped[axis] %= grid.n_tiles(axis);
       exists = exists && wrapped[axis] < grid.n_tiles(axis);
     }
-    if (!exists) continue;
+    if (!exists) return;
     const std::int32_t to = owner[static_cast<std::size_t>(grid.tile_index(wrapped))];
-    if (to == rank) continue;
+    if (to == rank) return;
     const GlobalIndex bytes = std::popcount(nodes & NodeMasks::existing(grid, wrapped)) * GlobalIndex{sizeof(Node)};
-    if (bytes == 0) continue;
+    if (bytes == 0) return;
     rank_at(rank).bytes_add += bytes;
     rank_at(to).bytes_get += bytes;
     routes.emplace_back(rank, to);
-  }
+  });
   std::sort(routes.begin(), routes.end());
   routes.erase(std::unique(routes.begin(), routes.end()), routes.end());
   std::vector<std::pair<std::int32_t, std::int32_t>> pairs;
@@ -130,15 +143,17 @@ std::vector<RankTraffic> predict_traffic(const GridGeometry& grid, const Partiti
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
   for (const auto& pair : pairs) ++rank_at(pair.first).n_neighbours;
 
-  for (const auto& [where, nodes] : reached_nodes(grid, partition, load.tile)) {
-    RankTraffic& rank = rank_at(where.second);
-    Int3 at = where.first;
+  std::vector<bool> loaded(static_cast<std::size_t>(grid.n_tiles()), false);
+  for (const TileIndex tile : load.tile) loaded[static_cast<std::size_t>(tile)] = true;
+  visit_reached(grid, partition, load.tile, [&](const NodeTile& there) {
+    const auto& [at, number, nodes] = there;
+    RankTraffic& rank = rank_at(number);
     bool inside = true;
     for (int axis = 0; axis < 3; ++axis) inside = inside && at[axis] < grid.n_tiles(axis);
-    const bool own = inside && std::binary_search(load.tile.begin(), load.tile.end(), grid.tile_index(at)) &&
-                     partition.worker[static_cast<std::size_t>(grid.tile_index(at))] == where.second;
+    const auto tile = static_cast<std::size_t>(inside ? grid.tile_index(at) : 0);
+    const bool own = inside && loaded[tile] && partition.worker[tile] == number;
     (own ? rank.n_worked_nodes : rank.n_halo_nodes) += std::popcount(nodes);
-  }
+  });
   return traffic;
 }
 
