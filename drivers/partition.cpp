@@ -118,9 +118,6 @@ Snapshot read_snapshot(const Comm& comm, const Scene& scene, const std::string& 
   return snapshot;
 }
 
-/// The costs that a run would divide by: those of a checkpoint if there is one.
-CostModel costs_of(const CheckpointHeader*) { return {}; }
-
 PartitionTask task_of(const Comm& comm, const Scene& scene, const Arguments& arguments) {
   PartitionTask task;
   task.grid = scene.grid;
@@ -128,11 +125,10 @@ PartitionTask task_of(const Comm& comm, const Scene& scene, const Arguments& arg
   TileCensus census;
   if (arguments.frame.empty()) {
     census = count_start(scene);
-    task.cost = costs_of(nullptr);
   } else {
     Snapshot now = read_snapshot(comm, scene, arguments.frame);
     census = std::move(now.census);
-    task.cost = costs_of(&now.header);
+    task.cost = load_cost(now.header.reals);  // those that the run has measured
   }
   task.n_particles = census.n_particles();
   if (task.n_particles == 0) throw UsageError("there are no particles to divide");

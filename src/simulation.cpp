@@ -211,6 +211,7 @@ void Simulation::balance() {
   state_.n_repartitions += after.n_repartitions - before.n_repartitions;
   state_.n_moved += after.n_moved - before.n_moved;
   state_.cost = balancer_->cost();
+  if (const std::string warning = balancer_->take_warning(); !warning.empty()) warn(warning);
 }
 
 void Simulation::write_frame_if_due(bool landed) {

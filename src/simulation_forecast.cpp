@@ -82,12 +82,13 @@ BodyForecast body_forecast(const Comm& comm, const Scene& scene, const Body& bod
   return f;
 }
 
-// What PETSc keeps of a DMDA for each owned node, and what it and MPI come to occupy beyond the empty program, bytes:
-// measured with PETSc 3.18 and Open MPI 4.1 (docs/performance.md, "Memory").
+// What PETSc keeps of a DMDA for each node, and what it and MPI come to occupy beyond the empty program, bytes: measured with
+// PETSc 3.18 and Open MPI 4.1 (docs/performance.md, "Memory").
 constexpr double dmda_bytes_per_node = 20.0;
 constexpr double library_bytes = 5.0e6;
 
-// Bytes by rank: particles with their work arrays, pool nodes, owned nodes, and the tables over all tiles.
+// Bytes by rank: particles with their work arrays, nodes of the pool and as many owned ones, the tables over all tiles, and where
+// the grid is written its DMDA and a vector.
 std::vector<double> memory_estimates(const Scene& scene, const Partition& partition,
                                      const std::vector<RankTraffic>& traffic) {
   const ParticleSet sample(optional_fields(scene));
@@ -99,14 +100,14 @@ std::vector<double> memory_estimates(const Scene& scene, const Partition& partit
   std::vector<double> bytes;
   for (const RankTraffic& rank : traffic)
     bytes.push_back(library_bytes + tables + per_particle * static_cast<double>(rank.n_particles) +
-                    vectors * sizeof(Node) * static_cast<double>(rank.n_pool_nodes) +
+                    2.0 * vectors * sizeof(Node) * static_cast<double>(rank.n_pool_nodes) +
                     sizeof(LocalIndex) * (tile_nodes + footprint) * static_cast<double>(rank.n_tiles));
+  if (!scene.output.grid) return bytes;
   for (int i = 0; i < partition.n_ranks[0]; ++i)
     for (int j = 0; j < partition.n_ranks[1]; ++j)
       for (int k = 0; k < partition.n_ranks[2]; ++k) {
         const double owned = 1.0 * partition.nodes[0][i] * partition.nodes[1][j] * partition.nodes[2][k];
-        bytes[static_cast<std::size_t>(partition.rank_of({i, j, k}))] +=
-            (vectors * sizeof(Node) + dmda_bytes_per_node) * owned;
+        bytes[static_cast<std::size_t>(partition.rank_of({i, j, k}))] += (sizeof(Node) + dmda_bytes_per_node) * owned;
       }
   return bytes;
 }

@@ -50,9 +50,9 @@ void for_each_late_number(State& state, Visit visit) {
   visit("balance.n_repartitions", state.n_repartitions);
   visit("balance.n_moved", state.n_moved);
   visit("balance.n_migrated", state.n_migrated);
-  visit("cost.node", state.cost.node);
 }
 
+constexpr const char* node_cost_name = "cost.node";
 std::string particle_cost_name(std::size_t material) { return fmt::format("cost.particle_{}", material); }
 
 template <class Number>
@@ -73,7 +73,17 @@ void save_state(const SimulationState& state, Reals& reals, Integers& integers) 
   };
   for_each_number(state, save);
   for_each_late_number(state, save);
+  reals[node_cost_name] = state.cost.node;
   for (std::size_t m = 0; m < state.cost.particle.size(); ++m) reals[particle_cost_name(m)] = state.cost.particle[m];
+}
+
+CostModel load_cost(const Reals& reals) {
+  CostModel cost;
+  if (const auto node = reals.find(node_cost_name); node != reals.end()) cost.node = node->second;
+  for (auto found = reals.find(particle_cost_name(0)); found != reals.end();
+       found = reals.find(particle_cost_name(cost.particle.size())))
+    cost.particle.push_back(found->second);
+  return cost;
 }
 
 SimulationState load_state(GlobalIndex step, double time, const Reals& reals, const Integers& integers) {
@@ -86,18 +96,10 @@ SimulationState load_state(GlobalIndex step, double time, const Reals& reals, co
     else
       number = find_number(integers, name);
   });
-  for_each_late_number(state, [&]<class Number>(const char* name, Number& number) {
-    if constexpr (std::is_same_v<Number, double>) {
-      if (const auto found = reals.find(name); found != reals.end()) number = found->second;
-    } else {
-      if (const auto found = integers.find(name); found != integers.end()) number = found->second;
-    }
+  for_each_late_number(state, [&](const char* name, GlobalIndex& number) {
+    if (const auto found = integers.find(name); found != integers.end()) number = found->second;
   });
-  for (std::size_t m = 0;; ++m) {
-    const auto found = reals.find(particle_cost_name(m));
-    if (found == reals.end()) break;
-    state.cost.particle.push_back(found->second);
-  }
+  state.cost = load_cost(reals);
   return state;
 }
 

@@ -1,8 +1,7 @@
 #pragma once
 // What a run must remember beside its particles, and how it travels through a checkpoint.
 
-#include <map>
-#include <string>
+#include "bulkley/simulation_setup.hpp"
 
 #include "bulkley/domain/load.hpp"
 #include "bulkley/kernel/step_bounds.hpp"
@@ -24,7 +23,6 @@ struct SimulationState {
   StepBounds bounds;
 };
 
-using Reals = std::map<std::string, double>;
 using Integers = std::map<std::string, GlobalIndex>;
 
 /// Every number of `state` but step and time by name, doubles bit for bit.

@@ -1,7 +1,8 @@
 #pragma once
 // From a scene to particles on their ranks.
 
-#include <span>
+#include <map>
+#include <string>
 
 #include "bulkley/domain/partition.hpp"
 #include "bulkley/scene.hpp"
@@ -29,6 +30,11 @@ struct TileTotals {
 };
 /// Of the ranks' censuses together, on every rank. Collective.
 TileTotals tile_totals(const Comm& comm, const GridGeometry& grid, const TileCensus& local, const CostModel& cost);
+
+using Reals = std::map<std::string, double>;
+
+/// What steps cost according to a checkpoint (CheckpointHeader::reals); the default where it does not say. Not collective.
+CostModel load_cost(const Reals& reals);
 
 /// The scene's partition of `census` (the root's counts) for as many ranks as there are, on every rank; warnings on the root's
 /// stderr. Throws UsageError. Collective.

@@ -36,10 +36,20 @@ std::uint64_t hilbert_position(const Int3& at, int bits) {
 }
 
 std::vector<std::int32_t> hilbert_parts(const GridGeometry& grid, const TileLoad& load, int n_parts) {
+  // A cube little smaller than the grid is stretched over it, some layers of tiles sharing a layer of the curve; in the next larger
+  // cube the last layers would come all by themselves, as one thin sheet.
   const auto widest = static_cast<std::uint32_t>(std::max({grid.n_tiles(0), grid.n_tiles(1), grid.n_tiles(2)}));
-  const int bits = std::max(1, static_cast<int>(std::bit_width(widest - 1)));
+  const std::uint32_t smaller = std::bit_floor(widest);
+  const bool stretched = widest > smaller && 4 * widest <= 5 * smaller;
+  const int bits = std::max(1, static_cast<int>(std::bit_width(stretched ? smaller - 1 : widest - 1)));
+  const auto on_curve = [&](int tile) {
+    return stretched ? static_cast<int>(static_cast<std::uint64_t>(tile) * smaller / widest) : tile;
+  };
   std::vector<std::pair<std::uint64_t, std::size_t>> order(load.size());
-  for (std::size_t t = 0; t < load.size(); ++t) order[t] = {hilbert_position(grid.tile_coordinates(load.tile[t]), bits), t};
+  for (std::size_t t = 0; t < load.size(); ++t) {
+    const Int3 at = grid.tile_coordinates(load.tile[t]);
+    order[t] = {hilbert_position({on_curve(at[0]), on_curve(at[1]), on_curve(at[2])}, bits), t};
+  }
   std::sort(order.begin(), order.end());
 
   std::vector<GlobalIndex> along_curve(load.size());

@@ -2,6 +2,8 @@
 // When the particles get a new map: measures what steps cost, foresees what another map would save, and changes it if that pays.
 
 #include <optional>
+#include <string>
+#include <utility>
 
 #include "bulkley/domain/partition.hpp"
 #include "bulkley/domain/settings.hpp"
@@ -53,6 +55,8 @@ class Balancer {
   /// What steps cost, as measured so far, smoothed.
   const CostModel& cost() const { return cost_; }
   const BalanceTotals& totals() const { return totals_; }
+  /// The first warning about a partition since the last call, on the root; no second one in a run.
+  std::string take_warning() { return std::exchange(warning_, {}); }
 
  private:
   /// Sums over the steps of this rank.
@@ -85,6 +89,8 @@ class Balancer {
   GlobalIndex lost_ = 0;                 ///< since then: sum over steps of how many more it had
   GlobalIndex patience_ = 0;  ///< what it may come to before the next look: the price of look and change, in particles
   BalanceTotals totals_;
+  std::string warning_;
+  bool has_warned_ = false;
 };
 
 }  // namespace bulkley
