@@ -115,7 +115,7 @@ void Simulation::prepare_folder() {
 }
 
 GlobalIndex Simulation::start() {
-  check_bodies(scene_);
+  check_bodies(scene_, shared_counter(comm_));
   solver_ = start_solver(comm_, scene_);
   state_.bounds = solver_->bounds();
   const std::string fault = fixed_step_fault(scene_.time, scene_.grid.cell_size, state_.bounds);
