@@ -52,7 +52,7 @@ Solver::Solver(const Comm& comm, Physics physics, Partition partition, ParticleS
       particles_(std::move(particles)),
       reduce_(comm),
       material_seconds_(physics_.materials.size(), 0.0) {
-  if (Grid::fits(physics_.grid)) grid_.emplace(comm, physics_.grid, partition_);
+  make_grid();
   if (physics_.acceleration_field.given()) acceleration_.emplace(physics_.acceleration_field);
   StepBounds local;
   start_placing();
@@ -244,12 +244,17 @@ void Solver::send_strays(StepBounds& local) {
   if (!strays_.empty()) local.needs_rebuild = 1;
 }
 
+void Solver::make_grid() {
+  grid_.reset();
+  if (partition_.boxes && Grid::fits(physics_.grid)) grid_.emplace(comm_, physics_.grid, *partition_.boxes);
+}
+
 GlobalIndex Solver::adopt(Partition partition) {
-  const bool same_boxes = partition.nodes == partition_.nodes;
+  const bool same_boxes = partition.boxes == partition_.boxes;
   partition_ = std::move(partition);
-  if (grid_ && !same_boxes) {
+  if (!same_boxes) {
     const Phase phase(times_, "rebuild");
-    grid_.emplace(comm_, physics_.grid, partition_);
+    make_grid();
   }
   LocalIndex n_arrived = 0;
   {
@@ -351,7 +356,7 @@ void Solver::report_failure() const {
 
 GlobalIndex Solver::halo_bytes() const {
   const std::size_t once = exchange_->sent_by_add().bytes + exchange_->sent_by_get().bytes;
-  return static_cast<GlobalIndex>(physics_.transfer.flip_fraction() > 0.0 ? 2 * once : once);
+  return physics_.transfer.n_exchanges() * static_cast<GlobalIndex>(once);
 }
 
 std::size_t Solver::memory() const {

@@ -49,7 +49,7 @@ class Solver {
   const ParticleSet& particles() const { return particles_; }
   const StepBounds& bounds() const { return bounds_; }
   const Partition& partition() const { return partition_; }
-  /// The nodes as node_values gives them. Precondition: Grid::fits the scene's grid.
+  /// The nodes as node_values gives them. Precondition: the partition has boxes, and Grid::fits the scene's grid.
   const Grid& grid() const { return *grid_; }
   PhaseTimes& times() { return times_; }
   const PhaseTimes& times() const { return times_; }
@@ -69,7 +69,7 @@ class Solver {
   /// What each tile holds of this rank's particles. Not collective.
   TileCensus census() const { return take_census(physics_.grid, particles_, static_cast<int>(physics_.materials.size())); }
 
-  /// Goes on under another partition: sends the particles to its workers and, where ranges differ, the nodes to its owners.
+  /// Goes on under another partition: sends the particles to its workers and, where boxes differ, makes a new Grid.
   /// Returns the number of particles that have changed ranks. No particle changes otherwise. Collective.
   GlobalIndex adopt(Partition partition);
 
@@ -90,6 +90,7 @@ class Solver {
   void start_placing();
   void place(ParticleBlock block, StepBounds& outside);
   void send_strays(StepBounds& local);
+  void make_grid();
   void rebuild();
   void measure_start();
   [[noreturn]] void report_failure() const;
@@ -100,7 +101,7 @@ class Solver {
   ParticleSet particles_;
   StepBounds bounds_;
   BoundsReduction reduce_;
-  std::optional<Grid> grid_;          ///< none where PETSc cannot number its nodes: a step needs no such numbers
+  std::optional<Grid> grid_;          ///< none without boxes, or where PETSc cannot number the nodes: a step needs neither
   NodeVector owned_, owned_impulse_;  ///< by Exchange; the second only where the transfer needs the velocity change
   PoolLayout layout_;
   std::unique_ptr<Exchange> exchange_;
