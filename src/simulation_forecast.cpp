@@ -87,13 +87,8 @@ BodyForecast body_forecast(const Comm& comm, const Scene& scene, const Body& bod
 constexpr double dmda_bytes_per_node = 20.0;
 constexpr double library_bytes = 5.0e6;
 
-<<<<<<< HEAD
 // Bytes by rank: particles with their work arrays, nodes of the pool and as many owned ones, the tables over all tiles, and where
-// the grid is written its DMDA and a vector.
-=======
-// Bytes by rank: particles with their work arrays, nodes of the pool and those that the rank sums up, which are about the
-// nodes of its tiles, what the DMDA keeps where there is one, and the tables over all tiles.
->>>>>>> 358146c (Any number of ranks: boxes of nodes exist where tiles make them, only fields of the grid need them)
+// the grid is written its DMDA and a vector. Precondition: check_grid_output.
 std::vector<double> memory_estimates(const Scene& scene, const Partition& partition,
                                      const std::vector<RankTraffic>& traffic) {
   const ParticleSet sample(optional_fields(scene));
@@ -105,28 +100,16 @@ std::vector<double> memory_estimates(const Scene& scene, const Partition& partit
   std::vector<double> bytes;
   for (const RankTraffic& rank : traffic)
     bytes.push_back(library_bytes + tables + per_particle * static_cast<double>(rank.n_particles) +
-<<<<<<< HEAD
                     2.0 * vectors * sizeof(Node) * static_cast<double>(rank.n_pool_nodes) +
                     sizeof(LocalIndex) * (tile_nodes + footprint) * static_cast<double>(rank.n_tiles));
   if (!scene.output.grid) return bytes;
-  for (int i = 0; i < partition.n_ranks[0]; ++i)
-    for (int j = 0; j < partition.n_ranks[1]; ++j)
-      for (int k = 0; k < partition.n_ranks[2]; ++k) {
-        const double owned = 1.0 * partition.nodes[0][i] * partition.nodes[1][j] * partition.nodes[2][k];
-        bytes[static_cast<std::size_t>(partition.rank_of({i, j, k}))] += (sizeof(Node) + dmda_bytes_per_node) * owned;
-      }
-=======
-                    vectors * sizeof(Node) * static_cast<double>(rank.n_pool_nodes) +
-                    vectors * sizeof(Node) * tile_nodes * static_cast<double>(rank.n_tiles) +
-                    sizeof(LocalIndex) * (tile_nodes + footprint) * static_cast<double>(rank.n_tiles));
-  if (!partition.boxes || !Grid::fits(scene.grid)) return bytes;
   const Boxes& boxes = *partition.boxes;
   for (int i = 0; i < boxes.n_ranks[0]; ++i)
     for (int j = 0; j < boxes.n_ranks[1]; ++j)
-      for (int k = 0; k < boxes.n_ranks[2]; ++k)
-        bytes[static_cast<std::size_t>(boxes.rank_of({i, j, k}))] +=
-            dmda_bytes_per_node * boxes.nodes[0][i] * boxes.nodes[1][j] * boxes.nodes[2][k];
->>>>>>> 358146c (Any number of ranks: boxes of nodes exist where tiles make them, only fields of the grid need them)
+      for (int k = 0; k < boxes.n_ranks[2]; ++k) {
+        const double owned = 1.0 * boxes.nodes[0][i] * boxes.nodes[1][j] * boxes.nodes[2][k];
+        bytes[static_cast<std::size_t>(boxes.rank_of({i, j, k}))] += (sizeof(Node) + dmda_bytes_per_node) * owned;
+      }
   return bytes;
 }
 

@@ -27,18 +27,16 @@ struct TileTotals {
 /// Of the ranks' censuses together, on every rank. Collective.
 TileTotals tile_totals(const Comm& comm, const GridGeometry& grid, const TileCensus& local, const CostModel& cost);
 
-<<<<<<< HEAD
 using Reals = std::map<std::string, double>;
 
 /// What steps cost according to a checkpoint (CheckpointHeader::reals); the default where it does not say. Not collective.
 CostModel load_cost(const Reals& reals);
-=======
+
 /// What steps of the scene cost before any is measured. Not collective.
 CostModel assumed_cost(const Scene& scene);
 
 /// Refuses fields of the grid where no DMDA can hold them on so many ranks. Throws UsageError. Not collective.
 void check_grid_output(const Scene& scene, int n_ranks);
->>>>>>> 358146c (Any number of ranks: boxes of nodes exist where tiles make them, only fields of the grid need them)
 
 /// The scene's partition of `census` (the root's counts) for as many ranks as there are, on every rank; warnings on the root's
 /// stderr. Throws UsageError. Collective.

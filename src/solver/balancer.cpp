@@ -170,18 +170,13 @@ Balancer::Verdict Balancer::decide(const Solver& solver, const TileCensus& censu
     const TileLoad load = tile_load(census, cost_);
     const auto exchange_of = [&](const Partition& p) { return predicted_exchange(predict_traffic(grid, p, load), cost_); };
     if (forced) {
-<<<<<<< HEAD
       PartitionNotes notes;
       next = make_partition(grid, settings_, load, comm_.size(), &present, cost_, &notes);
       if (!has_warned_ && !notes.warnings.empty()) {
         warning_ = notes.warnings.front();
         has_warned_ = true;
       }
-      if (next->worker == present.worker && next->nodes == present.nodes) next.reset();
-=======
-      next = make_partition(grid, settings_, load, comm_.size(), &present, cost_);
       if (next->worker == present.worker && next->boxes == present.boxes) next.reset();
->>>>>>> 358146c (Any number of ranks: boxes of nodes exist where tiles make them, only fields of the grid need them)
     } else {
       if (fresh_exchange_ < 0.0) fresh_exchange_ = exchange_of(present);
       Change found =

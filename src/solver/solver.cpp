@@ -52,7 +52,6 @@ Solver::Solver(const Comm& comm, Physics physics, Partition partition, ParticleS
       particles_(std::move(particles)),
       reduce_(comm),
       material_seconds_(physics_.materials.size(), 0.0) {
-  make_grid();
   if (physics_.acceleration_field.given()) acceleration_.emplace(physics_.acceleration_field);
   StepBounds local;
   start_placing();
@@ -244,18 +243,9 @@ void Solver::send_strays(StepBounds& local) {
   if (!strays_.empty()) local.needs_rebuild = 1;
 }
 
-void Solver::make_grid() {
-  grid_.reset();
-  if (partition_.boxes && Grid::fits(physics_.grid)) grid_.emplace(comm_, physics_.grid, *partition_.boxes);
-}
-
 GlobalIndex Solver::adopt(Partition partition) {
-  const bool same_boxes = partition.boxes == partition_.boxes;
+  if (!(partition.boxes == partition_.boxes)) grid_.reset();
   partition_ = std::move(partition);
-  if (!same_boxes) {
-    const Phase phase(times_, "rebuild");
-    make_grid();
-  }
   LocalIndex n_arrived = 0;
   {
     const Phase phase(times_, "migrate");
@@ -342,6 +332,7 @@ void Solver::measure_start() {
 }
 
 VecHandle Solver::node_values() {
+  if (!grid_) grid_.emplace(comm_, physics_.grid, *partition_.boxes);
   StepBounds none;
   transfer_to_grid(0.0, 0.0, none);
   VecHandle copy = grid_->create_vector();
