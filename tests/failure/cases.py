@@ -130,7 +130,7 @@ particles_per_cell = 8
     Case("bench_suite_of_one_case", USAGE, r"--material excludes --suite",
          arguments=["bench", "--suite", "--material", "pie"]),
     Case("bench_suite_on_several_ranks", USAGE, r"--suite: .*one process", ranks=(2,), arguments=["bench", "--suite"]),
-    # 3 x 3 x 3 tiles make a box for each of 2, 4 or 8 ranks, not of 5
+    # 3 x 3 x 3 tiles make a box for each of 6 or 8 ranks, not of 5 or 7
     Case("method_without_boxes", USAGE, r"the grid has 3 x 3 x 3 tiles .* too few .* 5 ranks .* partition\.method", ranks=(5,),
          arguments=[*RUN, "--set", "partition.method=ranges"], replace=FEW_TILES),
     Case("check_method_without_boxes", USAGE, r"too few .* 7 ranks .* partition\.method", ranks=(1,),
