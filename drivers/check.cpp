@@ -43,8 +43,8 @@ void print(const Scene& scene, const Forecast& f) {
           m.name, c.yield_stress, c.consistency, c.flow_index, fluid->parameters.sigma_Y, fluid->parameters.eta,
           fluid->parameters.h);
     }
-  fmt::print("\nranks      {} ({} x {} x {}): at most {} particles a rank, imbalance {:.3f}\n", f.n_ranks, f.process_grid[0],
-             f.process_grid[1], f.process_grid[2], f.largest_share, f.imbalance);
+  fmt::print("\nranks      {}{}: at most {} particles a rank, imbalance {:.3f}\n", f.n_ranks, boxes_text(f.boxes),
+             f.largest_share, f.imbalance);
   fmt::print("memory     about {:.1f} MiB on the fullest rank, beyond the empty program; {:.0f} bytes per particle in all\n",
              f.bytes_per_rank / (1024.0 * 1024.0), f.bytes_per_particle);
   fmt::print("time step  {:.4g} s at the start, limited by: {}\n", f.limit.dt, name(f.limit.limiter));

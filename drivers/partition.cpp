@@ -121,7 +121,6 @@ Snapshot read_snapshot(const Comm& comm, const Scene& scene, const std::string& 
 PartitionTask task_of(const Comm& comm, const Scene& scene, const Arguments& arguments) {
   PartitionTask task;
   task.grid = scene.grid;
-  task.n_exchanges = scene.transfer.flip_fraction() > 0.0 ? 2 : 1;
   TileCensus census;
   if (arguments.frame.empty()) {
     census = count_start(scene);
@@ -130,6 +129,7 @@ PartitionTask task_of(const Comm& comm, const Scene& scene, const Arguments& arg
     census = std::move(now.census);
     task.cost = load_cost(now.header.reals);  // those that the run has measured
   }
+  task.cost.n_exchanges = scene.transfer.n_exchanges();
   task.n_particles = census.n_particles();
   if (task.n_particles == 0) throw UsageError("there are no particles to divide");
   task.load = tile_load(census, task.cost);

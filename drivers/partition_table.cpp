@@ -55,7 +55,7 @@ void describe(const PartitionTask& task, const Partition& partition, PartitionRo
     const double mean = mean_of(traffic, value);
     return mean > 0.0 ? largest_of(traffic, value) / mean : 1.0;
   };
-  const int n = task.n_exchanges;
+  const int n = task.cost.n_exchanges;
   const auto bytes = [n](const RankTraffic& rank) { return n * (rank.bytes_add + rank.bytes_get); };
   const auto messages = [n](const RankTraffic& rank) { return n * (rank.messages_add + rank.messages_get); };
   const auto neighbours = [](const RankTraffic& rank) { return rank.n_neighbours; };

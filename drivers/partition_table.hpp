@@ -22,7 +22,6 @@ std::optional<PartitionMethod> partition_method(const std::string& name);
 struct PartitionTask {
   GridGeometry grid;
   CostModel cost;
-  int n_exchanges = 1;             ///< of nodes in a step
   TileLoad load;                   ///< now
   std::optional<TileLoad> before;  ///< at an earlier time, for which the map that is left was made
   GlobalIndex n_particles = 0;

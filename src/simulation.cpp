@@ -35,7 +35,7 @@ class Simulation {
   Simulation(const Comm& comm, const Scene& scene, const RunOptions& options)
       : comm_(comm), scene_(scene), options_(options) {
     clock_.start = last_progress_ = last_checkpoint_time_ = MPI_Wtime();
-    if (scene_.output.grid) Grid::check_fits(scene_.grid);
+    check_grid_output(scene_, comm_.size());
     prepare_folder();
     for (const NamedMaterial& material : scene_.materials)
       if (!material.caveat.empty()) warn(fmt::format("material '{}': {}", material.name, material.caveat));
@@ -116,6 +116,7 @@ void Simulation::prepare_folder() {
 
 GlobalIndex Simulation::start() {
   check_bodies(scene_, shared_counter(comm_));
+  state_.cost = assumed_cost(scene_);
   solver_ = start_solver(comm_, scene_);
   state_.bounds = solver_->bounds();
   const std::string fault = fixed_step_fault(scene_.time, scene_.grid.cell_size, state_.bounds);
@@ -144,6 +145,7 @@ GlobalIndex Simulation::restore() {
   if (header.scene_text != scene_.effective_text)
     warn(fmt::format("{}: was written by a scene that differs from this one; continuing with this one", file));
   state_ = load_state(header.step, header.time, header.reals, header.integers);
+  state_.cost.n_exchanges = scene_.transfer.n_exchanges();
 
   // Each rank reads an equal share in the order of the file; then the partition is made, then particles go to their ranks.
   ParticleSet particles(optional_fields(scene_));
@@ -301,11 +303,10 @@ void Simulation::finish(RunState state, const std::string& reason) {
 }
 
 void Simulation::write_start() {
-  say(fmt::format("{}: {} particles, {} x {} x {} cells of {:g} m, {} ranks ({} x {} x {}), output in {}",
+  say(fmt::format("{}: {} particles, {} x {} x {} cells of {:g} m, {} ranks{}, output in {}",
                   scene_.title.empty() ? "run" : scene_.title, state_.bounds.n_particles, scene_.grid.n_cells[0],
                   scene_.grid.n_cells[1], scene_.grid.n_cells[2], scene_.grid.cell_size, comm_.size(),
-                  solver_->partition().n_ranks[0], solver_->partition().n_ranks[1], solver_->partition().n_ranks[2],
-                  options_.folder));
+                  boxes_text(solver_->partition().boxes), options_.folder));
   write_status(comm_, options_.folder, {RunState::running, state_.step, state_.time, last_checkpoint_, ""});
   if (options_.restart) return;
   write_frame_if_due(true);

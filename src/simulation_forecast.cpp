@@ -88,7 +88,7 @@ constexpr double dmda_bytes_per_node = 20.0;
 constexpr double library_bytes = 5.0e6;
 
 // Bytes by rank: particles with their work arrays, nodes of the pool and as many owned ones, the tables over all tiles, and where
-// the grid is written its DMDA and a vector.
+// the grid is written its DMDA and a vector. Precondition: check_grid_output.
 std::vector<double> memory_estimates(const Scene& scene, const Partition& partition,
                                      const std::vector<RankTraffic>& traffic) {
   const ParticleSet sample(optional_fields(scene));
@@ -103,11 +103,12 @@ std::vector<double> memory_estimates(const Scene& scene, const Partition& partit
                     2.0 * vectors * sizeof(Node) * static_cast<double>(rank.n_pool_nodes) +
                     sizeof(LocalIndex) * (tile_nodes + footprint) * static_cast<double>(rank.n_tiles));
   if (!scene.output.grid) return bytes;
-  for (int i = 0; i < partition.n_ranks[0]; ++i)
-    for (int j = 0; j < partition.n_ranks[1]; ++j)
-      for (int k = 0; k < partition.n_ranks[2]; ++k) {
-        const double owned = 1.0 * partition.nodes[0][i] * partition.nodes[1][j] * partition.nodes[2][k];
-        bytes[static_cast<std::size_t>(partition.rank_of({i, j, k}))] += (sizeof(Node) + dmda_bytes_per_node) * owned;
+  const Boxes& boxes = *partition.boxes;
+  for (int i = 0; i < boxes.n_ranks[0]; ++i)
+    for (int j = 0; j < boxes.n_ranks[1]; ++j)
+      for (int k = 0; k < boxes.n_ranks[2]; ++k) {
+        const double owned = 1.0 * boxes.nodes[0][i] * boxes.nodes[1][j] * boxes.nodes[2][k];
+        bytes[static_cast<std::size_t>(boxes.rank_of({i, j, k}))] += (sizeof(Node) + dmda_bytes_per_node) * owned;
       }
   return bytes;
 }
@@ -119,6 +120,7 @@ double wave_speed_at_rest(const Material& material) {
 }
 
 Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks) {
+  check_grid_output(scene, n_ranks);
   Forecast f;
   f.n_ranks = n_ranks;
   StepBounds start;
@@ -141,11 +143,12 @@ Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks) {
   std::vector<GlobalIndex> share;
   std::vector<double> bytes{0.0};
   root_guard(comm, [&] {
-    const TileLoad load = tile_load(census, {});
+    const CostModel cost = assumed_cost(scene);
+    const TileLoad load = tile_load(census, cost);
     PartitionNotes notes;
-    const Partition partition = make_partition(scene.grid, scene.partition, load, n_ranks, nullptr, {}, &notes);
+    const Partition partition = make_partition(scene.grid, scene.partition, load, n_ranks, nullptr, cost, &notes);
     f.warnings.insert(f.warnings.end(), notes.warnings.begin(), notes.warnings.end());
-    f.process_grid = partition.n_ranks;
+    f.boxes = partition.boxes;
     f.method = notes.method;
     const std::vector<RankTraffic> traffic = predict_traffic(scene.grid, partition, load);
     for (const RankTraffic& rank : traffic) share.push_back(rank.n_particles);

@@ -56,6 +56,19 @@ TileTotals tile_totals(const Comm& comm, const GridGeometry& grid, const TileCen
   return totals;
 }
 
+CostModel assumed_cost(const Scene& scene) {
+  CostModel cost;
+  cost.n_exchanges = scene.transfer.n_exchanges();
+  return cost;
+}
+
+void check_grid_output(const Scene& scene, int n_ranks) {
+  if (!scene.output.grid) return;
+  Grid::check_fits(scene.grid);
+  if (const std::string fault = box_fault(scene.grid, n_ranks); !fault.empty())
+    throw UsageError(fmt::format("{}, as output.grid = true needs; use another number of ranks or a finer grid", fault));
+}
+
 Partition first_partition(const Comm& comm, const Scene& scene, const TileCensus& census, const CostModel& cost) {
   Partition partition;
   root_guard(comm, [&] {
@@ -78,7 +91,7 @@ ParticleSet seed_share(const Comm& comm, const Scene& scene, const Partition& pa
 }
 
 std::unique_ptr<Solver> start_solver(const Comm& comm, const Scene& scene) {
-  Partition partition = first_partition(comm, scene, seeded_census(comm, scene), {});
+  Partition partition = first_partition(comm, scene, seeded_census(comm, scene), assumed_cost(scene));
   ParticleSet particles = seed_share(comm, scene, partition);
   return std::make_unique<Solver>(comm, physics_of(scene), std::move(partition), std::move(particles), std::nullopt);
 }

@@ -1,10 +1,12 @@
 #pragma once
 // What a scene will need, foretold from the scene alone: `bulkley check`.
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "bulkley/base/parallel.hpp"
+#include "bulkley/domain/partition.hpp"
 #include "bulkley/scene.hpp"
 #include "bulkley/solver/time_step.hpp"
 
@@ -31,7 +33,7 @@ struct Forecast {
   GlobalIndex n_particles = 0;
   int n_ranks = 1;
   PartitionMethod method = PartitionMethod::uniform;  ///< that divides the work at the start
-  Int3 process_grid{1, 1, 1};                         ///< of the grid's nodes
+  std::optional<Boxes> boxes;                         ///< of the grid's nodes, where there are any
   double imbalance = 1.0;                             ///< largest over mean particles per rank at the start
   GlobalIndex largest_share = 0;                      ///< particles of the fullest rank
   double bytes_per_rank = 0.0;      ///< that the rank with most of them comes to occupy beyond the empty program
@@ -47,7 +49,7 @@ inline constexpr double many_steps = 1e6;
 /// Wave speed of the undeformed material (T25), m/s. Not collective.
 double wave_speed_at_rest(const Material& material);
 
-/// Nothing is run. What the partition decides (shares, memory) is known on the root alone. Collective.
+/// Nothing is run. What the partition decides (boxes, shares, memory) is known on the root alone. Collective.
 Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks);
 
 }  // namespace bulkley

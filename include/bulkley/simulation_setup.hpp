@@ -36,6 +36,12 @@ using Reals = std::map<std::string, double>;
 /// What steps cost according to a checkpoint (CheckpointHeader::reals); the default where it does not say. Not collective.
 CostModel load_cost(const Reals& reals);
 
+/// What steps of the scene cost before any is measured. Not collective.
+CostModel assumed_cost(const Scene& scene);
+
+/// Refuses fields of the grid where no DMDA can hold them on so many ranks. Throws UsageError. Not collective.
+void check_grid_output(const Scene& scene, int n_ranks);
+
 /// The scene's partition of `census` (the root's counts) for as many ranks as there are, on every rank; warnings on the root's
 /// stderr. Throws UsageError. Collective.
 Partition first_partition(const Comm& comm, const Scene& scene, const TileCensus& census, const CostModel& cost);

@@ -28,12 +28,12 @@ void Grid::check_fits(const GridGeometry& geometry) {
                     geometry.n_nodes(0), geometry.n_nodes(1), geometry.n_nodes(2), n_unknowns, 8 * sizeof(PetscInt)));
 }
 
-Grid::Grid(const Comm& comm, const GridGeometry& geometry, const Partition& partition) : geometry_(geometry) {
+Grid::Grid(const Comm& comm, const GridGeometry& geometry, const Boxes& boxes) : geometry_(geometry) {
   check_fits(geometry);
-  n_ranks_ = partition.n_ranks;
+  n_ranks_ = boxes.n_ranks;
   BULKLEY_ASSERT(n_ranks_[0] * n_ranks_[1] * n_ranks_[2] == comm.size());
   for (int axis = 0; axis < 3; ++axis) {
-    const std::vector<int>& nodes = partition.nodes[axis];
+    const std::vector<int>& nodes = boxes.nodes[axis];
     BULKLEY_ASSERT(std::accumulate(nodes.begin(), nodes.end(), 0) == geometry.n_nodes(axis));
     starts_[axis].push_back(0);
     for (int process = 0; process < n_ranks_[axis]; ++process) {
@@ -42,8 +42,8 @@ Grid::Grid(const Comm& comm, const GridGeometry& geometry, const Partition& part
     }
   }
 
-  const std::vector<PetscInt> lx = petsc_ranges(partition.nodes[0]), ly = petsc_ranges(partition.nodes[1]),
-                              lz = petsc_ranges(partition.nodes[2]);
+  const std::vector<PetscInt> lx = petsc_ranges(boxes.nodes[0]), ly = petsc_ranges(boxes.nodes[1]),
+                              lz = petsc_ranges(boxes.nodes[2]);
   BULKLEY_PETSC(DMDACreate3d(comm.get(), DM_BOUNDARY_NONE, DM_BOUNDARY_NONE, DM_BOUNDARY_NONE, DMDA_STENCIL_BOX,
                              geometry.n_nodes(2), geometry.n_nodes(1), geometry.n_nodes(0), n_ranks_[2], n_ranks_[1],
                              n_ranks_[0], n_unknowns, 0, lz.data(), ly.data(), lx.data(), dm_.put()));

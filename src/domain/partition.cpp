@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <bit>
+#include <limits>
 #include <map>
 
+#include "bulkley/base/error.hpp"
 #include "bulkley/base/gather.hpp"
 #include "bulkley/domain/traffic.hpp"
 #include "diffusion.hpp"
@@ -19,8 +21,8 @@ namespace {
 
 constexpr double even_enough = 1.02;  // largest over mean load at which moving tiles stops
 
-// Ranges stay until the boxes are this much more uneven than when they were cut.
-constexpr double ranges_slack = 1.2;
+// Boxes stay until they are this much more uneven than when they were cut.
+constexpr double boxes_slack = 1.2;
 
 // Numbers the parts so that, greedily, most load stays with the rank that has it (`worker` by TileIndex).
 std::vector<std::int32_t> relabelled(const TileLoad& load, const std::vector<std::int32_t>& part,
@@ -98,13 +100,25 @@ std::vector<std::int32_t> free_parts(const GridGeometry& grid, const TileLoad& l
   return hilbert_parts(grid, load, n_ranks);
 }
 
-// The boxes of nodes: those of `present` while they will do.
-Partition boxes_for(const GridGeometry& grid, const TileLoad& load, int n_ranks, const Partition* present) {
-  if (!present || owner_imbalance(grid, *present, load) > ranges_slack * present->owner_imbalance)
-    return cut_ranges(grid, false, load, n_ranks);
-  Partition boxes = *present;
-  boxes.worker = box_owners(grid, boxes);
-  return boxes;
+// Those of `present` while they will do.
+std::optional<Boxes> boxes_for(const GridGeometry& grid, const TileLoad& load, int n_ranks, const Partition* present) {
+  if (present && present->boxes && box_imbalance(grid, *present->boxes, load) <= boxes_slack * present->boxes->imbalance)
+    return present->boxes;
+  return cut_boxes(grid, false, load, n_ranks);
+}
+
+// Workers that no load decides: the owners of the boxes, or, where there are none, equal runs of the Hilbert curve.
+std::vector<std::int32_t> idle_workers(const GridGeometry& grid, const std::optional<Boxes>& boxes, int n_ranks) {
+  if (boxes) return box_owners(grid, *boxes);
+  return hilbert_parts(grid, tile_load(std::vector<GlobalIndex>(static_cast<std::size_t>(grid.n_tiles()), 1)), n_ranks);
+}
+
+Partition partition_of_boxes(const GridGeometry& grid, bool uniform, const TileLoad& load, int n_ranks) {
+  std::optional<Boxes> boxes = cut_boxes(grid, uniform, load, n_ranks);
+  if (!boxes)
+    throw UsageError(fmt::format("{}; use another number of ranks, a finer grid, or partition.method = \"auto\"",
+                                 box_fault(grid, n_ranks)));
+  return {n_ranks, box_owners(grid, *boxes), std::move(boxes)};
 }
 
 }  // namespace
@@ -116,23 +130,22 @@ Partition make_partition(const GridGeometry& grid, const PartitionSettings& sett
   note = {settings.method, {}};
   if (settings.method == PartitionMethod::uniform || settings.method == PartitionMethod::ranges || n_ranks == 1) {
     note.method = settings.method == PartitionMethod::uniform ? settings.method : PartitionMethod::ranges;
-    return cut_ranges(grid, note.method == PartitionMethod::uniform, load, n_ranks);
+    return partition_of_boxes(grid, note.method == PartitionMethod::uniform, load, n_ranks);
   }
-  const Partition boxes = boxes_for(grid, load, n_ranks, present);
-  const std::vector<std::int32_t>& before = present ? present->worker : boxes.worker;
+  const std::optional<Boxes> boxes = boxes_for(grid, load, n_ranks, present);
+  const std::vector<std::int32_t> idle = idle_workers(grid, boxes, n_ranks);
+  const std::vector<std::int32_t>& before = present ? present->worker : idle;
   const auto by = [&](PartitionMethod method) {
     note.method = method;
-    Partition partition = boxes;
-    partition.worker =
-        spread(grid, load, relabelled(load, free_parts(grid, load, n_ranks, note), before, n_ranks), boxes.worker);
-    return partition;
+    const std::vector<std::int32_t> part = relabelled(load, free_parts(grid, load, n_ranks, note), before, n_ranks);
+    return Partition{n_ranks, spread(grid, load, part, idle), boxes};
   };
   if (settings.method != PartitionMethod::automatic) return by(settings.method);
 
   // The owners as workers need the least communication, METIS less than the curve, the curve is evenest.
-  Partition best = boxes;
+  Partition best{n_ranks, idle, boxes};
   PartitionMethod best_method = PartitionMethod::ranges;
-  double fastest = predicted_step(predict_traffic(grid, best, load), cost);
+  double fastest = boxes ? predicted_step(predict_traffic(grid, best, load), cost) : std::numeric_limits<double>::infinity();
   for (const PartitionMethod method : {PartitionMethod::metis, PartitionMethod::hilbert}) {
     Partition trial = by(method);
     if (note.method != method) continue;  // METIS could not, and the curve comes next
@@ -152,9 +165,14 @@ std::array<Partition, 2> rebalanced(const GridGeometry& grid, const TileLoad& lo
   std::array<Partition, 2> result{present, present};
   for (std::size_t way = 0; way < 2; ++way) {
     const auto moved = way == 0 ? diffused : relieved;
-    result[way].worker = spread(grid, load, moved(graph, load, before, present.size(), even_enough), present.worker);
+    result[way].worker = spread(grid, load, moved(graph, load, before, present.n_ranks, even_enough), present.worker);
   }
   return result;
+}
+
+std::string boxes_text(const std::optional<Boxes>& boxes) {
+  if (!boxes) return {};
+  return fmt::format(" ({} x {} x {})", boxes->n_ranks[0], boxes->n_ranks[1], boxes->n_ranks[2]);
 }
 
 Int3 separable_tiles(const GridGeometry& grid) {
@@ -167,38 +185,47 @@ Int3 separable_tiles(const GridGeometry& grid) {
   return n;
 }
 
-std::vector<std::int32_t> box_owners(const GridGeometry& grid, const Partition& partition) {
+std::vector<std::int32_t> box_owners(const GridGeometry& grid, const Boxes& boxes) {
   std::array<std::vector<int>, 3> process;  // along each axis, by tile
   for (int axis = 0; axis < 3; ++axis)
-    for (std::size_t p = 0; p < partition.nodes[axis].size(); ++p)
-      process[axis].insert(process[axis].end(), (partition.nodes[axis][p] + tile_width - 1) / tile_width,
-                           static_cast<int>(p));
+    for (std::size_t p = 0; p < boxes.nodes[axis].size(); ++p)
+      process[axis].insert(process[axis].end(), (boxes.nodes[axis][p] + tile_width - 1) / tile_width, static_cast<int>(p));
   std::vector<std::int32_t> owner;
   owner.reserve(static_cast<std::size_t>(grid.n_tiles()));
   for (const int x : process[0])
     for (const int y : process[1])
-      for (const int z : process[2]) owner.push_back(partition.rank_of({x, y, z}));
+      for (const int z : process[2]) owner.push_back(boxes.rank_of({x, y, z}));
   return owner;
 }
 
 Partition share_partition(const Comm& comm, Partition partition) {
-  // n_ranks, owner_imbalance as bits, number of tiles, nodes; never more than so many numbers, for a process has a rank or more.
-  std::vector<std::int64_t> head(5 + static_cast<std::size_t>(comm.size()) + 2, 0);
-  std::size_t n = 0;
-  for (const int ranks : partition.n_ranks) head[n++] = ranks;
-  head[n++] = std::bit_cast<std::int64_t>(partition.owner_imbalance);
-  head[n++] = static_cast<std::int64_t>(partition.worker.size());
-  if (comm.is_root())
-    for (const std::vector<int>& nodes : partition.nodes)
+  // Number of tiles, whether there are boxes, their process grid, imbalance as bits and nodes; never more than so many
+  // numbers, for a process has a rank or more.
+  std::vector<std::int64_t> head(6 + static_cast<std::size_t>(comm.size()) + 2, 0);
+  if (comm.is_root()) {
+    BULKLEY_ASSERT(partition.n_ranks == comm.size());
+    std::size_t n = 0;
+    head[n++] = static_cast<std::int64_t>(partition.worker.size());
+    head[n++] = partition.boxes ? 1 : 0;
+    const Boxes boxes = partition.boxes.value_or(Boxes{});
+    for (const int ranks : boxes.n_ranks) head[n++] = ranks;
+    head[n++] = std::bit_cast<std::int64_t>(boxes.imbalance);
+    for (const std::vector<int>& nodes : boxes.nodes)
       for (const int count : nodes) head[n++] = count;
+  }
   broadcast_values(comm, head);
-  n = 0;
-  for (int& ranks : partition.n_ranks) ranks = static_cast<int>(head[n++]);
-  partition.owner_imbalance = std::bit_cast<double>(head[n++]);
+  std::size_t n = 0;
+  partition.n_ranks = comm.size();
   partition.worker.resize(static_cast<std::size_t>(head[n++]));
-  for (int axis = 0; axis < 3; ++axis) {
-    partition.nodes[axis].resize(static_cast<std::size_t>(partition.n_ranks[axis]));
-    for (int& count : partition.nodes[axis]) count = static_cast<int>(head[n++]);
+  partition.boxes.reset();
+  if (head[n++] != 0) {
+    Boxes& boxes = partition.boxes.emplace();
+    for (int& ranks : boxes.n_ranks) ranks = static_cast<int>(head[n++]);
+    boxes.imbalance = std::bit_cast<double>(head[n++]);
+    for (int axis = 0; axis < 3; ++axis) {
+      boxes.nodes[axis].resize(static_cast<std::size_t>(boxes.n_ranks[axis]));
+      for (int& count : boxes.nodes[axis]) count = static_cast<int>(head[n++]);
+    }
   }
   broadcast_values(comm, partition.worker);
   return partition;

@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <numeric>
 
-#include "bulkley/base/error.hpp"
-
 namespace bulkley {
 
 namespace {
@@ -185,25 +183,33 @@ GlobalIndex cut_surface(const GridGeometry& grid, const Int3& n_ranks) {
   return surface;
 }
 
-// Many parts along x and few along z come first, and are taken when all else is equal: what falls and spreads on a floor moves
-// from rank to rank where z is cut, and the balance is lost.
+// The ways to write n_ranks as a product of three numbers that fit into the tiles. Many parts along x and few along z come
+// first, and are taken when all else is equal: what falls and spreads on a floor moves from rank to rank where z is cut, and
+// the balance is lost.
+std::vector<Int3> process_grids(const Int3& n_tiles, int n_ranks) {
+  std::vector<Int3> result;
+  for (int px = std::min(n_ranks, n_tiles[0]); px >= 1; --px) {
+    if (n_ranks % px != 0) continue;
+    for (int py = std::min(n_ranks / px, n_tiles[1]); py >= 1; --py) {
+      const int pz = n_ranks / px / py;
+      if (n_ranks / px % py == 0 && pz <= n_tiles[2]) result.push_back({px, py, pz});
+    }
+  }
+  return result;
+}
+
 std::vector<Candidate> candidates(const GridGeometry& grid, const LoadTable& table, bool uniform, int n_ranks) {
   std::vector<Candidate> result;
-  for (int px = n_ranks; px >= 1; --px) {
-    if (n_ranks % px != 0 || px > table.n_tiles()[0]) continue;
-    for (int py = n_ranks / px; py >= 1; --py) {
-      const int pz = n_ranks / px / py;
-      if (n_ranks / px % py != 0 || py > table.n_tiles()[1] || pz > table.n_tiles()[2]) continue;
-      Candidate c;
-      c.n_ranks = {px, py, pz};
-      if (uniform)
-        for (int axis = 0; axis < 3; ++axis) c.cuts[axis] = equal_cuts(table.n_tiles()[axis], c.n_ranks[axis]);
-      else
-        c.cuts = balanced_cuts(table, c.n_ranks);
-      c.largest_load = largest_load(table, c.cuts);
-      c.surface = cut_surface(grid, c.n_ranks);
-      result.push_back(std::move(c));
-    }
+  for (const Int3& process_grid : process_grids(table.n_tiles(), n_ranks)) {
+    Candidate c;
+    c.n_ranks = process_grid;
+    if (uniform)
+      for (int axis = 0; axis < 3; ++axis) c.cuts[axis] = equal_cuts(table.n_tiles()[axis], c.n_ranks[axis]);
+    else
+      c.cuts = balanced_cuts(table, c.n_ranks);
+    c.largest_load = largest_load(table, c.cuts);
+    c.surface = cut_surface(grid, c.n_ranks);
+    result.push_back(std::move(c));
   }
   return result;
 }
@@ -267,40 +273,39 @@ Cuts cut_chain(const std::vector<GlobalIndex>& loads, int n_parts) {
   return nearest_cuts(chain, equal, largest);
 }
 
-Partition cut_ranges(const GridGeometry& grid, bool uniform, const TileLoad& load, int n_ranks) {
-  const Int3 n_tiles{grid.n_tiles(0), grid.n_tiles(1), grid.n_tiles(2)};
-  const Int3 divisible = separable_tiles(grid);
-  const LoadTable table(divisible, counted_loads(grid, divisible, uniform, load));
-  const std::vector<Candidate> all = candidates(grid, table, uniform, n_ranks);
-  if (all.empty())
-    throw UsageError(
-        fmt::format("the grid has {} x {} x {} tiles of {} nodes per axis, too few to give each of {} ranks "
-                    "a box of them; use another number of ranks or a finer grid",
-                    n_tiles[0], n_tiles[1], n_tiles[2], tile_width, n_ranks));
-  Candidate best = best_of(all);
-  Partition partition;
-  partition.n_ranks = best.n_ranks;
-  partition.owner_imbalance = imbalance_of(table, best.cuts, n_ranks);
-  for (int axis = 0; axis < 3; ++axis) {
-    best.cuts[axis].back() = n_tiles[axis];
-    for (int part = 0; part < best.n_ranks[axis]; ++part)
-      partition.nodes[axis].push_back((best.cuts[axis][part + 1] - best.cuts[axis][part]) * tile_width);
-    partition.nodes[axis].back() -= n_tiles[axis] * tile_width - grid.n_nodes(axis);
-  }
-  partition.worker = box_owners(grid, partition);
-  return partition;
+std::string box_fault(const GridGeometry& grid, int n_ranks) {
+  if (!process_grids(separable_tiles(grid), n_ranks).empty()) return {};
+  return fmt::format("the grid has {} x {} x {} tiles of {} nodes per axis, too few to give each of {} ranks a box of them",
+                     grid.n_tiles(0), grid.n_tiles(1), grid.n_tiles(2), tile_width, n_ranks);
 }
 
-double owner_imbalance(const GridGeometry& grid, const Partition& partition, const TileLoad& load) {
+std::optional<Boxes> cut_boxes(const GridGeometry& grid, bool uniform, const TileLoad& load, int n_ranks) {
+  const Int3 divisible = separable_tiles(grid);
+  if (process_grids(divisible, n_ranks).empty()) return std::nullopt;
+  const LoadTable table(divisible, counted_loads(grid, divisible, uniform, load));
+  Candidate best = best_of(candidates(grid, table, uniform, n_ranks));
+  Boxes boxes;
+  boxes.n_ranks = best.n_ranks;
+  boxes.imbalance = imbalance_of(table, best.cuts, n_ranks);
+  for (int axis = 0; axis < 3; ++axis) {
+    best.cuts[axis].back() = grid.n_tiles(axis);
+    for (int part = 0; part < best.n_ranks[axis]; ++part)
+      boxes.nodes[axis].push_back((best.cuts[axis][part + 1] - best.cuts[axis][part]) * tile_width);
+    boxes.nodes[axis].back() -= grid.n_tiles(axis) * tile_width - grid.n_nodes(axis);
+  }
+  return boxes;
+}
+
+double box_imbalance(const GridGeometry& grid, const Boxes& boxes, const TileLoad& load) {
   const Int3 divisible = separable_tiles(grid);
   const LoadTable table(divisible, counted_loads(grid, divisible, false, load));
   std::array<Cuts, 3> cuts;
   for (int axis = 0; axis < 3; ++axis) {
     cuts[axis].push_back(0);
-    for (const int nodes : partition.nodes[axis]) cuts[axis].push_back(cuts[axis].back() + nodes / tile_width);
+    for (const int nodes : boxes.nodes[axis]) cuts[axis].push_back(cuts[axis].back() + nodes / tile_width);
     cuts[axis].back() = divisible[axis];
   }
-  return imbalance_of(table, cuts, partition.size());
+  return imbalance_of(table, cuts, boxes.n_ranks[0] * boxes.n_ranks[1] * boxes.n_ranks[2]);
 }
 
 }  // namespace bulkley

@@ -11,10 +11,10 @@ using Cuts = std::vector<int>;  ///< first layer of each part, and one past the 
 /// and near equal ones where that is free. Precondition: 1 <= n_parts <= loads.size().
 Cuts cut_chain(const std::vector<GlobalIndex>& loads, int n_parts);
 
-/// The partition whose workers are the owners, as make_partition describes. Throws UsageError.
-Partition cut_ranges(const GridGeometry& grid, bool uniform, const TileLoad& load, int n_ranks);
+/// Boxes as make_partition describes them; none where box_fault.
+std::optional<Boxes> cut_boxes(const GridGeometry& grid, bool uniform, const TileLoad& load, int n_ranks);
 
-/// Largest over mean load of the boxes of nodes of a partition, where empty space counts a little too.
-double owner_imbalance(const GridGeometry& grid, const Partition& partition, const TileLoad& load);
+/// Largest over mean load of boxes, where empty space counts a little too.
+double box_imbalance(const GridGeometry& grid, const Boxes& boxes, const TileLoad& load);
 
 }  // namespace bulkley

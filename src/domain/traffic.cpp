@@ -103,7 +103,7 @@ std::vector<TileIndex> pool_tiles(const GridGeometry& grid, const Partition& par
 }  // namespace
 
 std::vector<RankTraffic> predict_traffic(const GridGeometry& grid, const Partition& partition, const TileLoad& load) {
-  std::vector<RankTraffic> traffic(static_cast<std::size_t>(partition.size()));
+  std::vector<RankTraffic> traffic(static_cast<std::size_t>(partition.n_ranks));
   const auto rank_at = [&](int rank) -> RankTraffic& { return traffic[static_cast<std::size_t>(rank)]; };
   for (std::size_t t = 0; t < load.size(); ++t) {
     RankTraffic& rank = rank_at(partition.worker[static_cast<std::size_t>(load.tile[t])]);
@@ -154,10 +154,11 @@ std::vector<RankTraffic> predict_traffic(const GridGeometry& grid, const Partiti
 
 namespace {
 
-// What a rank sends in one half of the exchange it receives in the other.
+// What a rank sends in one half of an exchange it receives in the other.
 double exchange_nanoseconds(const RankTraffic& rank, const CostModel& cost) {
-  return 2.0 * (cost.byte * static_cast<double>(rank.bytes_add + rank.bytes_get) +
-                cost.message * (rank.messages_add + rank.messages_get));
+  return 2.0 * cost.n_exchanges *
+         (cost.byte * static_cast<double>(rank.bytes_add + rank.bytes_get) +
+          cost.message * (rank.messages_add + rank.messages_get));
 }
 
 }  // namespace

@@ -18,7 +18,7 @@ constexpr double newest_weight = 0.25;
 
 // Particles that the busiest rank sends or receives in going from one map to the other.
 GlobalIndex busiest_moves(const Partition& from, const Partition& to, const TileLoad& load) {
-  std::vector<GlobalIndex> of_rank(static_cast<std::size_t>(from.size()), 0);
+  std::vector<GlobalIndex> of_rank(static_cast<std::size_t>(from.n_ranks), 0);
   for (std::size_t t = 0; t < load.size(); ++t) {
     const auto tile = static_cast<std::size_t>(load.tile[t]);
     if (from.worker[tile] == to.worker[tile]) continue;
@@ -39,8 +39,10 @@ Change worthwhile_change(const GridGeometry& grid, const TileLoad& load, const P
                          const ChangeCost& change, double horizon, double fresh_exchange) {
   const std::vector<RankTraffic> traffic = predict_traffic(grid, present, load);
   const double now = predicted_step(traffic, cost);
-  const double mean = 1e-12 * static_cast<double>(load.total()) / present.size();
-  const double reachable = even_enough * mean + fresh_exchange;
+  const double mean = 1e-12 * static_cast<double>(load.total()) / present.n_ranks;
+  // Tiles are not divided: with few of them for each rank the heaviest is the limit, not the mean.
+  const GlobalIndex heaviest = load.size() > 0 ? *std::max_element(load.weight.begin(), load.weight.end()) : 0;
+  const double reachable = std::max(even_enough * mean, 1e-12 * static_cast<double>(heaviest)) + fresh_exchange;
   if (now - reachable < least_gain * now || (now - reachable) * horizon <= change.rebuild) return {};
 
   struct Candidate {
@@ -62,7 +64,7 @@ Change worthwhile_change(const GridGeometry& grid, const TileLoad& load, const P
   if (more_to_gain && (now - reachable) * horizon - making - change.rebuild > std::max(best.net, 0.0)) {
     const double begin = MPI_Wtime();
     Candidate whole =
-        judged(make_partition(grid, {PartitionMethod::automatic}, load, present.size(), &present, cost), making);
+        judged(make_partition(grid, {PartitionMethod::automatic}, load, present.n_ranks, &present, cost), making);
     result.making = MPI_Wtime() - begin;
     result.whole = whole.net > best.net;
     if (result.whole) best = std::move(whole);
@@ -174,7 +176,7 @@ Balancer::Verdict Balancer::decide(const Solver& solver, const TileCensus& censu
         warning_ = notes.warnings.front();
         has_warned_ = true;
       }
-      if (next->worker == present.worker && next->nodes == present.nodes) next.reset();
+      if (next->worker == present.worker && next->boxes == present.boxes) next.reset();
     } else {
       if (fresh_exchange_ < 0.0) fresh_exchange_ = exchange_of(present);
       Change found =

@@ -52,7 +52,6 @@ Solver::Solver(const Comm& comm, Physics physics, Partition partition, ParticleS
       particles_(std::move(particles)),
       reduce_(comm),
       material_seconds_(physics_.materials.size(), 0.0) {
-  if (Grid::fits(physics_.grid)) grid_.emplace(comm, physics_.grid, partition_);
   if (physics_.acceleration_field.given()) acceleration_.emplace(physics_.acceleration_field);
   StepBounds local;
   start_placing();
@@ -245,12 +244,8 @@ void Solver::send_strays(StepBounds& local) {
 }
 
 GlobalIndex Solver::adopt(Partition partition) {
-  const bool same_boxes = partition.nodes == partition_.nodes;
+  if (!(partition.boxes == partition_.boxes)) grid_.reset();
   partition_ = std::move(partition);
-  if (grid_ && !same_boxes) {
-    const Phase phase(times_, "rebuild");
-    grid_.emplace(comm_, physics_.grid, partition_);
-  }
   LocalIndex n_arrived = 0;
   {
     const Phase phase(times_, "migrate");
@@ -337,6 +332,7 @@ void Solver::measure_start() {
 }
 
 VecHandle Solver::node_values() {
+  if (!grid_) grid_.emplace(comm_, physics_.grid, *partition_.boxes);
   StepBounds none;
   transfer_to_grid(0.0, 0.0, none);
   VecHandle copy = grid_->create_vector();
@@ -351,7 +347,7 @@ void Solver::report_failure() const {
 
 GlobalIndex Solver::halo_bytes() const {
   const std::size_t once = exchange_->sent_by_add().bytes + exchange_->sent_by_get().bytes;
-  return static_cast<GlobalIndex>(physics_.transfer.flip_fraction() > 0.0 ? 2 * once : once);
+  return physics_.transfer.n_exchanges() * static_cast<GlobalIndex>(once);
 }
 
 std::size_t Solver::memory() const {

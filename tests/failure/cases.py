@@ -111,6 +111,7 @@ def other_material(folder, program, scene):
     whole_run(folder, program, "other.toml")
 
 
+FEW_TILES = {"cell_size = 0.01": "cell_size = 0.02"}
 FIXED_STEP = {"end = 0.01": 'end = 0.01\nmode = "fixed"\nstep = 0.005'}
 RESTART = ["run", "{scene}", "--out", "out", "--restart"]
 RESTART_FILE = ["run", "{scene}", "--out", "out", "--restart", "out/checkpoint_000000005.h5"]
@@ -169,12 +170,15 @@ particles_per_cell = 8
     Case("bench_suite_of_one_case", USAGE, r"--material excludes --suite",
          arguments=["bench", "--suite", "--material", "pie"]),
     Case("bench_suite_on_several_ranks", USAGE, r"--suite: .*one process", ranks=(2,), arguments=["bench", "--suite"]),
-    Case("too_many_ranks", USAGE, r"too few", ranks=(4,), replace={
-        "upper = [0.16, 0.16, 0.16]": "upper = [0.04, 0.04, 0.04]",
-        "shape = { type = \"sphere\", center = [0.08, 0.08, 0.05], radius = 0.03 }":
-            "shape = { type = \"sphere\", center = [0.02, 0.02, 0.02], radius = 0.015 }",
-    }, append='[boundaries]\nx_lower = "periodic"\nx_upper = "periodic"\ny_lower = "periodic"\ny_upper = "periodic"\n'
-              'z_lower = "periodic"\nz_upper = "periodic"\n'),
+    # 3 x 3 x 3 tiles make a box for each of 6 or 8 ranks, not of 5 or 7
+    Case("method_without_boxes", USAGE, r"the grid has 3 x 3 x 3 tiles .* too few .* 5 ranks .* partition\.method", ranks=(5,),
+         arguments=[*RUN, "--set", "partition.method=ranges"], replace=FEW_TILES),
+    Case("check_method_without_boxes", USAGE, r"too few .* 7 ranks .* partition\.method", ranks=(1,),
+         arguments=["check", "{scene}", "-n", "7", "--set", "partition.method=uniform"], replace=FEW_TILES),
+    Case("grid_output_without_boxes", USAGE, r"the grid has 3 x 3 x 3 tiles .* too few .* 5 ranks .* output\.grid", ranks=(5,),
+         arguments=[*RUN, "--set", "output.grid=true"], replace=FEW_TILES),
+    Case("check_grid_output_without_boxes", USAGE, r"too few .* 7 ranks .* output\.grid", ranks=(1, 4),
+         arguments=["check", "{scene}", "-n", "7", "--set", "output.grid=true"], replace=FEW_TILES),
     Case("out_is_a_file", USAGE, r"out: the output folder cannot be made", prepare=out_is_a_file),
 
     Case("out_is_in_use", USAGE, r"out: .*--overwrite", prepare=whole_run),

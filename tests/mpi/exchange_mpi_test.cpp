@@ -219,9 +219,9 @@ TEST_F(ExchangeTest, CountsWhatGoesToOthers) {
 
 TEST_F(ExchangeTest, StoresActiveNodesInTheGrid) {
   for_each_setting([&](const Setting& setting) {
-    Partition boxes = setting.partition, other = setting.partition;
+    Partition other = setting.partition;
     for (std::int32_t& worker : other.worker) worker = (worker + 1) % comm.size();  // nodes must travel
-    const Grid grid(comm, setting.geometry, boxes);
+    const Grid grid(comm, setting.geometry, *setting.partition.boxes);
     const Exchange exchange(comm, setting.geometry, other.worker, setting.layouts[comm.rank()]);
     std::vector<Node> owned(exchange.n_owned(), Node{{nan, nan, nan, nan}});
     const std::vector<Int3> positions = exchange.active_positions();

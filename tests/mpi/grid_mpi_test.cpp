@@ -36,7 +36,7 @@ class GridTest : public testing::Test {
 TEST_F(GridTest, EveryNodeHasOneOwner) {
   for (const GridGeometry& geometry : geometries()) {
     const Partition partition = uneven_partition(geometry, comm.size());
-    const Grid grid(comm, geometry, partition);
+    const Grid grid(comm, geometry, *partition.boxes);
     const Int3 n{geometry.n_nodes(0), geometry.n_nodes(1), geometry.n_nodes(2)};
     std::vector<int> n_owners(static_cast<std::size_t>(n[0]) * n[1] * n[2], 0), claimed(n_owners);
     for (LocalIndex k = 0; k < grid.n_owned(); ++k) {
@@ -55,7 +55,7 @@ TEST_F(GridTest, EveryNodeHasOneOwner) {
 
 TEST_F(GridTest, LocateAgreesOnAllRanksAndWraps) {
   for (const GridGeometry& geometry : geometries()) {
-    const Grid grid(comm, geometry, uneven_partition(geometry, comm.size()));
+    const Grid grid(comm, geometry, *uneven_partition(geometry, comm.size()).boxes);
     for (int i = 0; i < geometry.n_nodes(0); ++i)
       for (int j = 0; j < geometry.n_nodes(1); ++j)
         for (int k = 0; k < geometry.n_nodes(2); ++k) {
@@ -74,7 +74,7 @@ TEST_F(GridTest, LocateAgreesOnAllRanksAndWraps) {
 
 TEST_F(GridTest, ContainsWrapsPeriodicAxesOnly) {
   const GridGeometry slab = geometries()[2];
-  const Grid grid(comm, slab, uneven_partition(slab, comm.size()));
+  const Grid grid(comm, slab, *uneven_partition(slab, comm.size()).boxes);
   EXPECT_TRUE(grid.contains({0, 0, 0}));
   EXPECT_TRUE(grid.contains({slab.n_nodes(0) - 1, slab.n_nodes(1) + 2, -3}));
   EXPECT_FALSE(grid.contains({slab.n_nodes(0), 0, 0}));
@@ -83,7 +83,7 @@ TEST_F(GridTest, ContainsWrapsPeriodicAxesOnly) {
 
 TEST_F(GridTest, VectorsHoldOneNodeAfterTheOther) {
   for (const GridGeometry& geometry : geometries()) {
-    const Grid grid(comm, geometry, uneven_partition(geometry, comm.size()));
+    const Grid grid(comm, geometry, *uneven_partition(geometry, comm.size()).boxes);
     const VecHandle vector = grid.create_vector();
     PetscInt n_local = 0;
     BULKLEY_PETSC(VecGetLocalSize(vector.get(), &n_local));
@@ -112,7 +112,7 @@ TEST_F(GridTest, RefusesMoreNodesThanPetscCanNumber) {
   huge.n_cells = {1000, 1000, 1000};
   if (sizeof(PetscInt) > 4) huge.n_cells = {2000000, 2000000, 2000000};
   try {
-    Grid(comm, huge, Partition{});
+    Grid(comm, huge, Boxes{});
     ADD_FAILURE() << "accepted";
   } catch (const UsageError& error) {
     EXPECT_NE(std::string(error.what()).find("nodes, more than this PETSc can number"), std::string::npos) << error.what();

@@ -20,11 +20,14 @@ constexpr PartitionSettings ranges{PartitionMethod::ranges};
 GridGeometry open_grid(const Int3& n_cells) { return grid_of_cells(n_cells); }
 
 void expect_valid(const GridGeometry& grid, const Partition& partition, int n_ranks) {
-  EXPECT_EQ(partition.n_ranks[0] * partition.n_ranks[1] * partition.n_ranks[2], n_ranks);
+  EXPECT_EQ(partition.n_ranks, n_ranks);
+  ASSERT_TRUE(partition.boxes);
+  const Boxes& boxes = *partition.boxes;
+  EXPECT_EQ(boxes.n_ranks[0] * boxes.n_ranks[1] * boxes.n_ranks[2], n_ranks);
   std::array<std::vector<int>, 3> process_of_tile;
   for (int axis = 0; axis < 3; ++axis) {
-    const std::vector<int>& nodes = partition.nodes[axis];
-    ASSERT_EQ(nodes.size(), static_cast<std::size_t>(partition.n_ranks[axis]));
+    const std::vector<int>& nodes = boxes.nodes[axis];
+    ASSERT_EQ(nodes.size(), static_cast<std::size_t>(boxes.n_ranks[axis]));
     EXPECT_EQ(std::accumulate(nodes.begin(), nodes.end(), 0), grid.n_nodes(axis));
     for (std::size_t p = 0; p < nodes.size(); ++p) {
       EXPECT_GT(nodes[p], 0);
@@ -37,7 +40,7 @@ void expect_valid(const GridGeometry& grid, const Partition& partition, int n_ra
   for (TileIndex tile = 0; tile < grid.n_tiles(); ++tile) {
     const Int3 at = grid.tile_coordinates(tile);
     ASSERT_EQ(partition.worker[tile],
-              partition.rank_of({process_of_tile[0][at[0]], process_of_tile[1][at[1]], process_of_tile[2][at[2]]}));
+              boxes.rank_of({process_of_tile[0][at[0]], process_of_tile[1][at[1]], process_of_tile[2][at[2]]}));
   }
 }
 
@@ -137,7 +140,7 @@ TEST(Partition, RangesBalanceABallBetterThanUniform) {
 
 TEST(Partition, UniformTakesTheLeastSurface) {
   const auto grid_of = [](const GridGeometry& grid, int n_ranks) {
-    return make_partition(grid, uniform, tile_load(std::vector<GlobalIndex>(grid.n_tiles(), 0)), n_ranks).n_ranks;
+    return make_partition(grid, uniform, tile_load(std::vector<GlobalIndex>(grid.n_tiles(), 0)), n_ranks).boxes->n_ranks;
   };
   EXPECT_EQ(grid_of(open_grid({60, 12, 12}), 4), (Int3{4, 1, 1}));
   EXPECT_EQ(grid_of(open_grid({28, 28, 28}), 8), (Int3{2, 2, 2}));
@@ -159,8 +162,8 @@ TEST(Partition, TheNodesBehindAndInFrontOfAFaceHaveOneOwner) {
     for (const PartitionSettings& settings : {uniform, ranges}) {
       const GridGeometry grid = open_grid({n_cells, 4, 4});
       const Partition partition = make_partition(grid, settings, tile_load(random_load(grid, 7)), 2);
-      if (partition.n_ranks[0] < 2) continue;
-      const int n_first = partition.nodes[0][0];  // of the first of two owners
+      if (partition.boxes->n_ranks[0] < 2) continue;
+      const int n_first = partition.boxes->nodes[0][0];  // of the first of two owners
       EXPECT_GE(n_first, 3);
       EXPECT_FALSE(n_cells < n_first && n_first <= n_cells + 2) << n_cells;  // in front: n_cells; behind: n_cells + 2
     }
@@ -181,6 +184,37 @@ TEST(Partition, TooFewTiles) {
     }
   }
   EXPECT_NO_THROW(make_partition(grid, ranges, tile_load(load), 4));
+}
+
+TEST(Partition, BoxFaultForetellsWhetherThereAreBoxes) {
+  for (const GridGeometry& grid :
+       {open_grid({8, 8, 8}), open_grid({5, 9, 30}), grid_of_cells({12, 8, 4}, {true, true, true})})
+    for (int n_ranks = 1; n_ranks <= 40; ++n_ranks) {
+      const TileLoad load = tile_load(random_load(grid, 1));
+      if (box_fault(grid, n_ranks).empty())
+        expect_valid(grid, make_partition(grid, ranges, load, n_ranks), n_ranks);
+      else
+        EXPECT_THROW(make_partition(grid, ranges, load, n_ranks), UsageError) << n_ranks;
+    }
+}
+
+// With boxes and without.
+TEST(Partition, EveryRankGetsTheRootsOne) {
+  const Comm comm(PETSC_COMM_WORLD);
+  for (const GridGeometry& grid : {open_grid({50, 60, 70}), grid_of_cells({4, 4, 4}, {true, true, true})}) {
+    const Partition whole = make_partition(grid, {PartitionMethod::hilbert}, tile_load(random_load(grid, 3)), comm.size());
+    ASSERT_EQ(whole.boxes.has_value(), comm.size() == 1 || grid.n_tiles() > 1);
+    Partition other;  // what a rank has before must not matter
+    other.boxes.emplace().n_ranks = {7, 7, 7};
+    other.worker.assign(3, 9);
+    const Partition shared = share_partition(comm, comm.is_root() ? whole : other);
+    EXPECT_EQ(shared.n_ranks, comm.size());
+    EXPECT_EQ(shared.worker, whole.worker);
+    EXPECT_EQ(shared.boxes, whole.boxes);
+    if (!whole.boxes) continue;
+    EXPECT_EQ(shared.boxes->n_ranks, whole.boxes->n_ranks);
+    EXPECT_EQ(shared.boxes->imbalance, whole.boxes->imbalance);
+  }
 }
 
 TEST(Partition, ImbalanceIsLargestOverMean) {

@@ -150,6 +150,11 @@ TEST(Traffic, TheSlowestRankIsTheStep) {
   traffic[1].messages_add = 2, traffic[1].messages_get = 1;
   // 1000 ns, 2 * 150 bytes and 2 * 3 messages: what is sent one way comes back the other.
   EXPECT_DOUBLE_EQ(predicted_step(traffic, cost), 1e-9 * (1000.0 + 300 * 3.0 + 6 * 1000.0));
+  EXPECT_DOUBLE_EQ(predicted_exchange(traffic, cost), 1e-9 * (300 * 3.0 + 6 * 1000.0));
+  CostModel twice = cost;
+  twice.n_exchanges = 2;
+  EXPECT_DOUBLE_EQ(predicted_step(traffic, twice), 1e-9 * (1000.0 + 2 * (300 * 3.0 + 6 * 1000.0)));
+  EXPECT_DOUBLE_EQ(predicted_exchange(traffic, twice), 2.0 * predicted_exchange(traffic, cost));
   traffic[0].load = 9'000'000;
   EXPECT_DOUBLE_EQ(predicted_step(traffic, cost), 9e-6);
 }

@@ -148,11 +148,14 @@ inline std::vector<TransferSettings> some_transfers() {
           {.scheme = TransferScheme::flip, .order = SplineOrder::cubic, .gradient = GradientForm::mls}};
 }
 
-/// A partition of the scene's grid by its particles. `scattered`: workers far from the owners of the nodes.
+/// A partition of the scene's grid by its particles; where there are no boxes, `hilbert` takes the place of methods that need
+/// them. `scattered`: workers far from the owners of the nodes.
 inline Partition partition_of(const Comm& comm, const SolverScene& scene, PartitionMethod method, bool scattered = false) {
   std::vector<GlobalIndex> load(static_cast<std::size_t>(scene.physics.grid.n_tiles()), 0);
   for (LocalIndex p = 0; p < scene.particles.size(); ++p)
     ++load[static_cast<std::size_t>(scene.physics.grid.tile_of(scene.particles.vector(Field::position, p)))];
+  const bool needs_boxes = method == PartitionMethod::uniform || method == PartitionMethod::ranges;
+  if (needs_boxes && !box_fault(scene.physics.grid, comm.size()).empty()) method = PartitionMethod::hilbert;
   Partition partition = make_partition(scene.physics.grid, {method}, tile_load(load), comm.size());
   if (scattered)
     for (std::size_t tile = 0; tile < partition.worker.size(); ++tile)

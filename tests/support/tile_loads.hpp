@@ -1,10 +1,11 @@
 #pragma once
-// Grids and loads of tiles that tests of partitions share.
+// Grids, loads of tiles and judgements that tests of partitions share.
 
+#include <algorithm>
 #include <random>
 #include <vector>
 
-#include "bulkley/domain/load.hpp"
+#include "bulkley/domain/partition.hpp"
 
 namespace bulkley {
 
@@ -46,6 +47,22 @@ inline std::vector<GlobalIndex> scattered_load(const GridGeometry& grid) {
     if (drop || single) load[static_cast<std::size_t>(tile)] = 100 + 37 * (tile % 11);
   }
   return load;
+}
+
+inline PartitionSettings by(PartitionMethod method) {
+  PartitionSettings settings;
+  settings.method = method;
+  return settings;
+}
+
+/// Largest over mean load of the ranks.
+inline double uneven(const Partition& partition, const TileLoad& load) {
+  return imbalance(rank_loads(partition, load, partition.n_ranks));
+}
+
+inline int n_without_load(const Partition& partition, const TileLoad& load) {
+  const std::vector<GlobalIndex> loads = rank_loads(partition, load, partition.n_ranks);
+  return static_cast<int>(std::count(loads.begin(), loads.end(), 0));
 }
 
 }  // namespace bulkley

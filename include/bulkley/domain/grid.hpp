@@ -12,7 +12,7 @@ namespace bulkley {
 using DmHandle = PetscHandle<DM, DMDestroy>;
 using VecHandle = PetscHandle<Vec, VecDestroy>;
 
-/// A DMDA with four unknowns per node ({momentum or velocity, mass}) under the partition's ownership ranges. Its boundaries
+/// A DMDA with four unknowns per node ({momentum or velocity, mass}) divided into boxes. Its boundaries
 /// are open and its stencil has no width: Exchange, not the DMDA, brings nodes to where a step needs them, and wraps them.
 /// Nodes are numbered z fastest, as the rows of a pool run. A DMDA numbers its first axis fastest, so inside this class its
 /// axes are the grid's reversed, (z, y, x); DMDAVecGetArrayDOF thus gives an array indexed [i][j][k][component].
@@ -22,9 +22,9 @@ class Grid {
   static bool fits(const GridGeometry& geometry);
   static void check_fits(const GridGeometry& geometry);  ///< Throws UsageError.
 
-  /// Preconditions: the same arguments on every rank; `partition` is one of this grid for comm.size() ranks.
+  /// Preconditions: the same arguments on every rank; `boxes` are of this grid for comm.size() ranks.
   /// Throws UsageError when it does not fit. Collective.
-  Grid(const Comm& comm, const GridGeometry& geometry, const Partition& partition);
+  Grid(const Comm& comm, const GridGeometry& geometry, const Boxes& boxes);
 
   const GridGeometry& geometry() const { return geometry_; }
   DM dm() const { return dm_.get(); }

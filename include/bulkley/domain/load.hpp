@@ -16,6 +16,7 @@ struct CostModel {
   double node = 5.0;             ///< of each node of a tile that holds particles
   double byte = 0.2;             ///< of each byte that a rank sends or receives
   double message = 2000.0;       ///< of each message that a rank sends or receives
+  int n_exchanges = 1;           ///< of nodes in a step; a number, not a time
   static constexpr double default_particle = 80.0;
 
   double of_particle(int material) const {

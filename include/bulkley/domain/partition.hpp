@@ -2,6 +2,7 @@
 // Which rank works on which tile, and how the DMDA divides the nodes among ranks.
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,19 +11,32 @@
 
 namespace bulkley {
 
-struct Partition {
-  Int3 n_ranks{1, 1, 1};                  ///< process grid of the DMDA
-  std::array<std::vector<int>, 3> nodes;  ///< nodes per process along each axis; multiples of tile_width but the last
-  std::vector<std::int32_t> worker;       ///< rank that works on each tile, by TileIndex
-  double owner_imbalance = 1.0;           ///< largest over mean load of the boxes of nodes, when they were cut
+/// A box of nodes for each rank, as a DMDA divides its grid.
+struct Boxes {
+  Int3 n_ranks{1, 1, 1};                  ///< process grid
+  std::array<std::vector<int>, 3> nodes;  ///< per process along each axis; multiples of tile_width but the last
+  double imbalance = 1.0;                 ///< largest over mean load of the boxes, when they were cut
 
-  int size() const { return n_ranks[0] * n_ranks[1] * n_ranks[2]; }
   /// Ranks are numbered as the DMDA of Grid numbers them: z fastest, like its nodes.
   int rank_of(const Int3& process) const { return (process[0] * n_ranks[1] + process[1]) * n_ranks[2] + process[2]; }
+  /// Whether they are the same boxes, whatever load they were cut for.
+  bool operator==(const Boxes& other) const { return nodes == other.nodes; }
 };
 
-/// Rank whose box holds the nodes of each tile in the DMDA, by TileIndex. Not collective.
-std::vector<std::int32_t> box_owners(const GridGeometry& grid, const Partition& partition);
+struct Partition {
+  int n_ranks = 1;
+  std::vector<std::int32_t> worker;  ///< rank that works on each tile, by TileIndex; some ranks may have none
+  std::optional<Boxes> boxes;        ///< none where box_fault: a step needs no boxes, only fields of the whole grid do
+};
+
+/// Their process grid to stand behind a number of ranks, as " (2 x 2 x 2)"; empty if there are none.
+std::string boxes_text(const std::optional<Boxes>& boxes);
+
+/// Why the tiles of the grid do not make a box for each rank, as a clause; empty where they do. Not collective.
+std::string box_fault(const GridGeometry& grid, int n_ranks);
+
+/// Rank whose box holds the nodes of each tile, by TileIndex. Not collective.
+std::vector<std::int32_t> box_owners(const GridGeometry& grid, const Boxes& boxes);
 
 /// Tiles along each axis that may go to different ranks. A node just behind a wall and its image just in front of it have one
 /// owner: where they lie in different tiles, which can only be at the upper face, the last layer goes with the one before. No
@@ -54,18 +68,20 @@ struct PartitionNotes {
 
 /// Shares out nodes and tiles among ranks.
 ///
-/// The DMDA's ranges: equal numbers of tiles along each axis for `uniform`; else cuts that minimise the largest load of a rank,
+/// The boxes: equal numbers of tiles along each axis for `uniform`; else cuts that minimise the largest load of a rank,
 /// moved towards equal parts where that costs less than 2 %. A tile counts a little more than its load, so that empty space
 /// is divided too. All factorisations of n_ranks are tried; of those within 5 % of the smallest largest load the one with the
 /// least surface is taken. Every rank owns at least one tile along each axis. The nodes just behind and just in front of a
-/// face have one owner. With `present`, its ranges stay while they serve about as well as when they were cut.
+/// face have one owner. With `present`, its boxes stay while they serve about as well as when they were cut. There are none
+/// where the tiles of the grid do not suffice.
 ///
-/// The workers: the owners of the nodes for `uniform` and `ranges`; chunks of a Hilbert curve through the loaded tiles for
+/// The workers: the owners of the boxes for `uniform` and `ranges`; chunks of a Hilbert curve through the loaded tiles for
 /// `hilbert`; parts of their graph with few shared nodes for `metis` (Karypis & Kumar 1998, recursive
 /// bisection; then moved towards even loads); for `automatic` the one of these for which `cost` predicts the fastest step. Parts are numbered for the largest
-/// overlap with `present`, or else with the owners. An empty tile goes to the worker of a nearest loaded one.
+/// overlap with `present`, or else with the owners. An empty tile goes to the worker of a nearest loaded one. Where fewer tiles
+/// are loaded than there are ranks, the surplus ranks have none.
 ///
-/// Deterministic: the same for the same arguments. Throws UsageError when the grid has too few tiles for n_ranks. Not
+/// Deterministic: the same for the same arguments. Throws UsageError when there are no boxes for `uniform` and `ranges`. Not
 /// collective; dear for large grids, so that runs do it on the root (share_partition).
 Partition make_partition(const GridGeometry& grid, const PartitionSettings& settings, const TileLoad& load, int n_ranks,
                          const Partition* present = nullptr, const CostModel& cost = {}, PartitionNotes* notes = nullptr);

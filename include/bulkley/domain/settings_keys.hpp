@@ -18,9 +18,11 @@ inline const config::Keys<PartitionSettings>& keys(config::Of<PartitionSettings>
   static const auto table =
       config::Keys<PartitionSettings>("How the work is divided among ranks; no result depends on it.")
           .key("method", &PartitionSettings::method,
-               {.about = "uniform: equal parts of the grid; ranges: boxes of the grid cut so that each costs about as much; "
-                         "hilbert: tiles of 4 x 4 x 4 nodes in the order of a Hilbert curve; metis: tiles grouped with few "
-                         "shared nodes; auto: whichever is predicted to be fastest, changed when that pays."})
+               {.about =
+                    "uniform: equal parts of the grid; ranges: boxes of the grid cut so that each costs about as much; "
+                    "hilbert: tiles of 4 x 4 x 4 nodes in the order of a Hilbert curve; metis: tiles grouped with few "
+                    "shared nodes; auto: whichever is predicted to be fastest, changed when that pays. The first two need "
+                    "a box of tiles for each rank, the others work on any number of ranks."})
           .key("decision_interval", &PartitionSettings::decision_interval,
                {.about =
                     "Steps after which auto looks in any case whether a new map pays; it does so earlier when the fullest "

@@ -25,7 +25,7 @@ struct RankTraffic {
 /// collective.
 std::vector<RankTraffic> predict_traffic(const GridGeometry& grid, const Partition& partition, const TileLoad& load);
 
-/// Seconds of a step that the bytes and messages of the busiest rank take. Not collective.
+/// Seconds of a step that the bytes and messages of the busiest rank take, in all its exchanges. Not collective.
 double predicted_exchange(const std::vector<RankTraffic>& traffic, const CostModel& cost);
 
 /// Seconds that the slowest rank needs for a step: its load, its bytes and its messages. Not collective.

@@ -22,7 +22,9 @@ inline const config::Keys<OutputSettings>& keys(config::Of<OutputSettings>) {
                {.about = "Wall time between progress lines.", .unit = "s", .range = config::at_least(0.0), .duration = true})
           .key("fields", &S::fields, {.about = "What frames hold beside the position.", .names = frame_field_names()})
           .key("precision", &S::precision, {.about = "Size of the real numbers in frames."})
-          .key("grid", &S::grid, {.about = "Also write the grid's mass density and velocity."})
+          .key("grid", &S::grid,
+               {.about = "Also write the grid's mass density and velocity; needs a box of tiles for each rank, as "
+                         "partition.method \"ranges\" does."})
           .key("tiles", &S::tiles,
                {.about = "Also write how the work is divided: rank, particles and load of each tile of the grid."});
   return table;

@@ -25,6 +25,8 @@ struct TransferSettings {
     if (scheme == TransferScheme::flip) return 1.0;
     return scheme == TransferScheme::blend ? flip_ratio : 0.0;
   }
+  /// Exchanges of nodes in a step: one of momenta; a FLIP part needs the changes of velocity, too.
+  int n_exchanges() const { return flip_fraction() > 0.0 ? 2 : 1; }
   bool affine() const { return scheme == TransferScheme::apic; }
   /// L_p cannot be read off the stored affine matrix.
   bool needs_velocity_gradient() const { return gradient == GradientForm::bspline || (affine() && affine_damping > 0.0); }

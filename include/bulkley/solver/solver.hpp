@@ -49,7 +49,7 @@ class Solver {
   const ParticleSet& particles() const { return particles_; }
   const StepBounds& bounds() const { return bounds_; }
   const Partition& partition() const { return partition_; }
-  /// The nodes as node_values gives them. Precondition: Grid::fits the scene's grid.
+  /// The nodes as node_values has given them. Precondition: it has been called since the start or the last change of maps.
   const Grid& grid() const { return *grid_; }
   PhaseTimes& times() { return times_; }
   const PhaseTimes& times() const { return times_; }
@@ -58,7 +58,8 @@ class Solver {
   GlobalIndex halo_bytes() const;
   GlobalIndex n_rebuilds() const { return n_rebuilds_; }
   /// {v, m} of the DMDA's nodes that the particles as they are give, boundaries applied; zero where no particle reaches.
-  /// Changes no particle. Precondition: as for grid(). Collective.
+  /// Changes no particle. Precondition: the partition has boxes. Throws UsageError where PETSc cannot number the nodes.
+  /// Collective.
   VecHandle node_values();
 
   /// Advances by one time step of at most `remaining` seconds. `stop_request` rides on the all-reduce and comes back merged
@@ -69,7 +70,7 @@ class Solver {
   /// What each tile holds of this rank's particles. Not collective.
   TileCensus census() const { return take_census(physics_.grid, particles_, static_cast<int>(physics_.materials.size())); }
 
-  /// Goes on under another partition: sends the particles to its workers and, where ranges differ, the nodes to its owners.
+  /// Goes on under another partition: sends the particles to its workers.
   /// Returns the number of particles that have changed ranks. No particle changes otherwise. Collective.
   GlobalIndex adopt(Partition partition);
 
@@ -100,7 +101,7 @@ class Solver {
   ParticleSet particles_;
   StepBounds bounds_;
   BoundsReduction reduce_;
-  std::optional<Grid> grid_;          ///< none where PETSc cannot number its nodes: a step needs no such numbers
+  std::optional<Grid> grid_;          ///< of the present boxes, once nodes have been asked for: a step needs none
   NodeVector owned_, owned_impulse_;  ///< by Exchange; the second only where the transfer needs the velocity change
   PoolLayout layout_;
   std::unique_ptr<Exchange> exchange_;
