@@ -41,7 +41,7 @@ CONSTANTS = [
     ("census-time", 10e-9, "s", "of a rank's census before a look, for each of its particles"),
     ("look-time", 5e-6, "s", "that the root takes to judge the balance, for each loaded tile; 12e-6 if it tries changes"),
     ("root-tile-bytes", 800, "B", "of the root's memory for each loaded tile while METIS works"),
-    ("root-box-bytes", 13, "B", "of the root's memory for each tile of the box while maps are made"),
+    ("root-box-bytes", 15, "B", "of the root's memory for each tile of the box while maps are made"),
     ("count-time", 35e-9, "s", "to count or seed a particle at the start; three times"),
 
     ("look-interval", 100, "steps", "between two looks at the balance"),
@@ -234,6 +234,8 @@ def bytes_text(value):
 
 
 def count_text(value):
+    if value < 1000:
+        return f"{value:.0f}"
     exponent = math.floor(math.log10(value) + 1e-9)
     factor = value / 10**exponent
     return f"10^{exponent}" if abs(factor - 1) < 0.005 else f"{factor:.2g} x 10^{exponent}"
