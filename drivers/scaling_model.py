@@ -68,7 +68,7 @@ def parse_arguments():
     return parser.parse_args()
 
 
-def read_rows(paths, method, least_ranks):
+def read_rows(paths, method, least_ranks, fit_ranks):
     """Rows of a method that it made itself, as numbers, and those of `ranges`, for the time that boxes take."""
     fitted, boxes = [], []
     for path in paths:
@@ -85,8 +85,8 @@ def read_rows(paths, method, least_ranks):
                     boxes.append(numbers)
                 if row["method"] == method and numbers["ranks"] >= least_ranks:
                     fitted.append(numbers)
-    if len(fitted) < 4:
-        sys.exit(f"fewer than four rows of '{method}' with {least_ranks} ranks or more: nothing to fit")
+    if sum(row["ranks"] <= fit_ranks for row in fitted) < 4:
+        sys.exit(f"fewer than four rows of '{method}' with {least_ranks:g} to {fit_ranks:g} ranks: nothing to fit")
     return fitted, boxes
 
 
@@ -368,7 +368,7 @@ def draw(path, laws, c, weak, strong):
 
 def main():
     c = parse_arguments()
-    rows, boxes = read_rows(c.csv, c.method, c.least_ranks)
+    rows, boxes = read_rows(c.csv, c.method, c.least_ranks, c.fit_ranks)
     laws = Laws([row for row in rows if row["ranks"] <= c.fit_ranks], [row for row in boxes if row["ranks"] <= c.fit_ranks])
     print(f"## What `{c.method}` makes ranks do\n")
     print_fit(laws, rows, c.fit_ranks)

@@ -49,7 +49,7 @@ def expect(what, found, wanted, tolerance=1e-6):
 def check_laws(module, path):
     sys.argv = ["scaling_model.py", str(path)]
     constants = module.parse_arguments()
-    laws = module.Laws(*module.read_rows([str(path)], "metis", 512))
+    laws = module.Laws(*module.read_rows([str(path)], "metis", 512, 4096))
     expect("the term of faces", laws.mean[0], FACE)
     expect("the term of edges", laws.mean[1], EDGE)
     expect("the busiest rank", laws.busiest, BUSIEST)
@@ -88,6 +88,8 @@ def check_program(program, work):
     for words in ("Runs asked for", "| 40 |", "What breaks"):
         if words not in found.stdout:
             fail(f"its tables do not hold '{words}'")
+    if "nan" in found.stdout:
+        fail("its tables hold what is not a number")
     if not 10_000 < picture.stat().st_size < 300_000:
         fail(f"its picture has {picture.stat().st_size} bytes")
     few = subprocess.run([*command, "--least-ranks", "33"], capture_output=True, text=True, timeout=120, check=False)
