@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""drivers/scaling_model.py: reads what `bulkley partition` writes, finds a law that a table was made from, and the limits that
-can be worked out by hand."""
+"""drivers/scaling_model.py: reads what `bulkley partition` writes, finds a law that a table was made from, and the limits
+that can be worked out by hand."""
 
 import csv
 import importlib.util
