@@ -41,7 +41,7 @@ CONSTANTS = [
     ("census-time", 10e-9, "s", "of a rank's census before a look, for each of its particles"),
     ("look-time", 5e-6, "s", "that the root takes to judge the balance, for each loaded tile; 12e-6 if it tries changes"),
     ("root-tile-bytes", 800, "B", "of the root's memory for each loaded tile while METIS works"),
-    ("root-box-bytes", 13, "B", "of the root's memory for each tile of the box while maps are made"),
+    ("root-box-bytes", 15, "B", "of the root's memory for each tile of the box while maps are made"),
     ("count-time", 35e-9, "s", "to count or seed a particle at the start; three times"),
 
     ("look-interval", 100, "steps", "between two looks at the balance"),
@@ -68,7 +68,7 @@ def parse_arguments():
     return parser.parse_args()
 
 
-def read_rows(paths, method, least_ranks):
+def read_rows(paths, method, least_ranks, fit_ranks):
     """Rows of a method that it made itself, as numbers, and those of `ranges`, for the time that boxes take."""
     fitted, boxes = [], []
     for path in paths:
@@ -85,8 +85,8 @@ def read_rows(paths, method, least_ranks):
                     boxes.append(numbers)
                 if row["method"] == method and numbers["ranks"] >= least_ranks:
                     fitted.append(numbers)
-    if len(fitted) < 4:
-        sys.exit(f"fewer than four rows of '{method}' with {least_ranks} ranks or more: nothing to fit")
+    if sum(row["ranks"] <= fit_ranks for row in fitted) < 4:
+        sys.exit(f"fewer than four rows of '{method}' with {least_ranks:g} to {fit_ranks:g} ranks: nothing to fit")
     return fitted, boxes
 
 
@@ -234,6 +234,8 @@ def bytes_text(value):
 
 
 def count_text(value):
+    if value < 1000:
+        return f"{value:.0f}"
     exponent = math.floor(math.log10(value) + 1e-9)
     factor = value / 10**exponent
     return f"10^{exponent}" if abs(factor - 1) < 0.005 else f"{factor:.2g} x 10^{exponent}"
@@ -366,7 +368,7 @@ def draw(path, laws, c, weak, strong):
 
 def main():
     c = parse_arguments()
-    rows, boxes = read_rows(c.csv, c.method, c.least_ranks)
+    rows, boxes = read_rows(c.csv, c.method, c.least_ranks, c.fit_ranks)
     laws = Laws([row for row in rows if row["ranks"] <= c.fit_ranks], [row for row in boxes if row["ranks"] <= c.fit_ranks])
     print(f"## What `{c.method}` makes ranks do\n")
     print_fit(laws, rows, c.fit_ranks)
