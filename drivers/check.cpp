@@ -2,6 +2,7 @@
 
 #include "bulkley/config/duration.hpp"
 #include "bulkley/forecast.hpp"
+#include "bulkley/simulation_setup.hpp"
 #include "commands.hpp"
 
 namespace bulkley {
@@ -65,7 +66,7 @@ Command add_check(CLI::App& app) {
       ->type_name("RANKS");
   return [a](const Comm& comm) {
     const Scene scene = a->scene.load(comm);
-    check_bodies(scene);
+    check_bodies(scene, shared_counter(comm));
     const Forecast f = forecast(comm, scene, a->n_ranks > 0 ? a->n_ranks : comm.size());
     if (comm.is_root()) print(scene, f);
     return ExitCode::finished;

@@ -6,11 +6,12 @@
 #include "bulkley/scene.hpp"
 
 namespace bulkley {
-namespace {
 
-GlobalIndex n_particles(const GridGeometry& grid, const std::vector<Body>& bodies) {
+GlobalIndex count_alone(const GridGeometry& grid, const std::vector<Body>& bodies) {
   return count_particles(grid, bodies, 0, grid.n_tiles()).n_particles();
 }
+
+namespace {
 
 /// Whether bounds() is the smallest box, not just one that holds the shape.
 bool has_exact_bounds(const Shape& shape) {
@@ -43,7 +44,7 @@ GridGeometry enlarged(const GridGeometry& grid, const Bounds& b) {
 }
 
 /// Judged by the bounds where they are exact, else by the lattice points that lie outside.
-bool reaches_outside(const GridGeometry& grid, const Body& body) {
+bool reaches_outside(const GridGeometry& grid, const Body& body, const ParticleCounter& n_particles) {
   const Bounds b = bounds(body.shape);
   if (holds(grid, b)) return false;
   if (has_exact_bounds(body.shape)) return true;
@@ -61,7 +62,7 @@ std::string vector_text(const Vec3& v) { return fmt::format("({:.6g}, {:.6g}, {:
 
 }  // namespace
 
-void check_bodies(const Scene& scene) {
+void check_bodies(const Scene& scene, const ParticleCounter& n_particles) {
   std::string faults;
   const auto refuse = [&](std::size_t b, const std::string& sentence) {
     const std::string place = b < scene.body_places.size() ? scene.body_places[b] + ": " : "";
@@ -75,7 +76,7 @@ void check_bodies(const Scene& scene) {
     counts.push_back(0);
     if (!box.lower.allFinite() || !box.upper.allFinite()) {
       refuse(b, "contains a plane or complement, which is for colliders only");
-    } else if (reaches_outside(grid, body)) {
+    } else if (reaches_outside(grid, body, n_particles)) {
       refuse(b, fmt::format("reaches from {} to {}, outside the domain from {} to {}", vector_text(box.lower),
                             vector_text(box.upper), vector_text(grid.lower), vector_text(grid.upper())));
     } else {

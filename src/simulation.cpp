@@ -115,7 +115,7 @@ void Simulation::prepare_folder() {
 }
 
 GlobalIndex Simulation::start() {
-  check_bodies(scene_);
+  check_bodies(scene_, shared_counter(comm_));
   state_.cost = assumed_cost(scene_);
   solver_ = start_solver(comm_, scene_);
   state_.bounds = solver_->bounds();

@@ -18,13 +18,28 @@ OptionalFields optional_fields(const Scene& scene) {
   return fields;
 }
 
-TileCensus seeded_census(const Comm& comm, const Scene& scene) {
-  const TileIndex n_tiles = scene.grid.n_tiles();
-  const auto first = static_cast<TileIndex>(GlobalIndex{n_tiles} * comm.rank() / comm.size());
-  const auto last = static_cast<TileIndex>(GlobalIndex{n_tiles} * (comm.rank() + 1) / comm.size());
+namespace {
+
+// Of the tiles of the grid that this rank counts in.
+TileCensus count_share(const Comm& comm, const GridGeometry& grid, const std::vector<Body>& bodies) {
+  const GlobalIndex n_tiles = grid.n_tiles();
+  const auto first = static_cast<TileIndex>(n_tiles * comm.rank() / comm.size());
+  const auto last = static_cast<TileIndex>(n_tiles * (comm.rank() + 1) / comm.size());
   TileCensus share;
-  collective_guard(comm, [&] { share = count_particles(scene.grid, scene.bodies, first, last); });
-  return gather_census(comm, share);
+  collective_guard(comm, [&] { share = count_particles(grid, bodies, first, last); });
+  return share;
+}
+
+}  // namespace
+
+ParticleCounter shared_counter(const Comm& comm) {
+  return [&comm](const GridGeometry& grid, const std::vector<Body>& bodies) {
+    return sum_global(comm, count_share(comm, grid, bodies).n_particles());
+  };
+}
+
+TileCensus seeded_census(const Comm& comm, const Scene& scene) {
+  return gather_census(comm, count_share(comm, scene.grid, scene.bodies));
 }
 
 TileTotals tile_totals(const Comm& comm, const GridGeometry& grid, const TileCensus& local, const CostModel& cost) {

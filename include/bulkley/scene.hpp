@@ -1,6 +1,7 @@
 #pragma once
 // Everything a scene file says.
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -39,10 +40,16 @@ struct Scene {
 /// Not collective: every rank parses the same text.
 Scene parse_scene(const std::string& text, const std::string& file_name, const std::vector<std::string>& overrides);
 
+/// Counts the particles that bodies put into a grid.
+using ParticleCounter = std::function<GlobalIndex(const GridGeometry& grid, const std::vector<Body>& bodies)>;
+
+/// On this rank alone. Not collective.
+GlobalIndex count_alone(const GridGeometry& grid, const std::vector<Body>& bodies);
+
 /// What the shapes' geometry says about a parsed scene: every body inside the domain, holding at least one particle, and
 /// overlapping no other unless the scene allows it (judged by the particles it would get, hence dearer than parsing).
-/// Throws UsageError with one sentence per fault and line. Not collective.
-void check_bodies(const Scene& scene);
+/// Throws UsageError with one sentence per fault and line. Collective if `count` is.
+void check_bodies(const Scene& scene, const ParticleCounter& count = count_alone);
 
 /// The page docs/input.md: every key with type, unit, default, range and meaning, in Markdown. Not collective.
 std::string input_reference();

@@ -16,6 +16,10 @@ Physics physics_of(const Scene& scene);
 /// The fields that the scene's particles have beside those that all have. Not collective.
 OptionalFields optional_fields(const Scene& scene);
 
+/// A counter to which each rank contributes the particles of a share of the tiles; its calls are collective. `comm` must outlive
+/// it.
+ParticleCounter shared_counter(const Comm& comm);
+
 /// What the tiles hold at the scene's start, on the root, empty elsewhere; each rank counts a share of the tiles. Collective.
 TileCensus seeded_census(const Comm& comm, const Scene& scene);
 

@@ -63,7 +63,7 @@ class Diffusion {
   // Calls visit(other tile, shared nodes) for the neighbours of a tile.
   template <class Visit>
   void for_each_neighbour(std::int32_t t, Visit visit) const {
-    for (std::int32_t e = graph_.first[t]; e < graph_.first[t + 1]; ++e) visit(graph_.neighbour[e], graph_.shared[e]);
+    for (GlobalIndex e = graph_.first[t]; e < graph_.first[t + 1]; ++e) visit(graph_.neighbour[e], graph_.shared[e]);
   }
 
   // Pairs of parts that touch, each once, lower number first.

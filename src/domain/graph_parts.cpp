@@ -4,6 +4,7 @@
 #include <metis.h>
 
 #include <algorithm>
+#include <limits>
 
 namespace bulkley {
 
@@ -49,12 +50,12 @@ std::optional<std::vector<std::int32_t>> metis_bisections(const TileGraph& graph
   options[METIS_OPTION_NUMBERING] = 0;
   options[METIS_OPTION_UFACTOR] = 1;  // 0.1 % above the mean in each bisection
   // METIS takes all of these by pointers to what it does not change.
-  TileGraph g = graph;
-  std::vector<std::int32_t> w = weights;
+  std::vector<idx_t> first(graph.first.begin(), graph.first.end()), neighbour = graph.neighbour, shared = graph.shared;
+  std::vector<idx_t> w = weights;
   idx_t n = graph.size(), n_constraints = 1, parts = n_parts, cut = 0;
   std::vector<std::int32_t> part(static_cast<std::size_t>(n), 0);
-  const int result = METIS_PartGraphRecursive(&n, &n_constraints, g.first.data(), g.neighbour.data(), w.data(), nullptr,
-                                              g.shared.data(), &parts, nullptr, nullptr, options, &cut, part.data());
+  const int result = METIS_PartGraphRecursive(&n, &n_constraints, first.data(), neighbour.data(), w.data(), nullptr,
+                                              shared.data(), &parts, nullptr, nullptr, options, &cut, part.data());
   if (result != METIS_OK) return std::nullopt;
   return part;
 }
@@ -64,6 +65,10 @@ std::optional<std::vector<std::int32_t>> graph_parts(const TileGraph& graph, con
   if (n_parts == 1) return std::vector<std::int32_t>(load.size(), 0);
   if (static_cast<GlobalIndex>(load.size()) < GlobalIndex{tiles_per_part} * n_parts) {
     fault = fmt::format("{} tiles hold particles, fewer than {} for each of {} ranks", load.size(), tiles_per_part, n_parts);
+    return std::nullopt;
+  }
+  if (graph.first.back() > std::numeric_limits<idx_t>::max()) {
+    fault = fmt::format("{} tiles have {} neighbours, more than it numbers in 32 bits", load.size(), graph.first.back());
     return std::nullopt;
   }
   std::optional<std::vector<std::int32_t>> part = partitioner(graph, scaled_weights(load), n_parts);

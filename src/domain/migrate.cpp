@@ -2,11 +2,8 @@
 
 #include <petscsys.h>
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cstring>
-#include <limits>
 #include <new>
 #include <vector>
 
@@ -113,9 +110,8 @@ LocalIndex exchange_particles(const Comm& comm, std::span<const Departure> depar
 
   GlobalIndex n_arriving = 0;
   for (const Parcel& parcel : incoming) n_arriving += parcel.count;
-  const GlobalIndex n_after = particles.size() - static_cast<GlobalIndex>(leaving.size()) + n_arriving;
-  if (n_after > std::numeric_limits<LocalIndex>::max())
-    throw RunError(fmt::format("{} particles on one rank are more than it can number; use more ranks", n_after));
+  const LocalIndex n_after =
+      ParticleSet::checked_size(particles.size() - static_cast<GlobalIndex>(leaving.size()) + n_arriving);
 
   const std::size_t bytes_per_particle = bytes_moving(particles);
   std::vector<std::byte> sent = pack(particles, leaving, outgoing);
@@ -129,7 +125,7 @@ LocalIndex exchange_particles(const Comm& comm, std::span<const Departure> depar
   });
   remove(leaving, particles);
   const LocalIndex first_arrival = particles.size();
-  particles.resize(static_cast<LocalIndex>(n_after));
+  particles.resize(n_after);
   BULKLEY_MPI(MPI_Waitall(static_cast<int>(requests.size()), requests.data(), MPI_STATUSES_IGNORE));
   unpack(received, incoming, first_arrival, particles);
   return static_cast<LocalIndex>(n_arriving);

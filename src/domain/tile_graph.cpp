@@ -28,7 +28,7 @@ TileGraph tile_graph(const GridGeometry& grid, const TileLoad& load) {
       graph.neighbour.push_back(other);
       graph.shared.push_back(shared);
     }
-    graph.first.push_back(static_cast<std::int32_t>(graph.neighbour.size()));
+    graph.first.push_back(static_cast<GlobalIndex>(graph.neighbour.size()));
   }
   return graph;
 }
@@ -45,8 +45,7 @@ int n_pieces(const TileGraph& graph, const std::vector<std::int32_t>& part) {
     while (!open.empty()) {
       const std::int32_t t = open.back();
       open.pop_back();
-      for (std::int32_t e = graph.first[static_cast<std::size_t>(t)]; e < graph.first[static_cast<std::size_t>(t) + 1];
-           ++e) {
+      for (GlobalIndex e = graph.first[static_cast<std::size_t>(t)]; e < graph.first[static_cast<std::size_t>(t) + 1]; ++e) {
         const auto other = static_cast<std::size_t>(graph.neighbour[static_cast<std::size_t>(e)]);
         if (seen[other] || part[other] != part[static_cast<std::size_t>(t)]) continue;
         seen[other] = true;

@@ -179,9 +179,10 @@ void read_checkpoint(const Comm& comm, const std::string& file, GlobalIndex firs
   std::vector<std::uint32_t> stored;
   std::vector<Piece> pieces;
   collective_guard(comm, [&] {
+    const LocalIndex size = ParticleSet::checked_size(count);
     const Hdf5Reader reader(file);
     particles.resize(0);
-    particles.resize(static_cast<LocalIndex>(count));
+    particles.resize(size);
     for (const FieldInfo& field : written_fields(particles)) {
       if (!reader.has(array_path(field)))
         throw RunError(

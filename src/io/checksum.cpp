@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "bulkley/base/gather.hpp"
+
 namespace bulkley {
 
 Runs runs_of(const Array& array) {
@@ -50,18 +52,7 @@ std::uint32_t combine_runs(const Comm& comm, const Runs& runs, const std::vector
   std::vector<Run> mine;
   for (std::size_t i = 0; i < runs.offsets.size(); ++i) mine.push_back({runs.offsets[i], runs.length, crcs[i]});
 
-  constexpr int numbers = 3;
-  const int n = numbers * static_cast<int>(mine.size());
-  std::vector<int> counts(static_cast<std::size_t>(comm.size())), starts(counts.size());
-  BULKLEY_MPI(MPI_Gather(&n, 1, MPI_INT, counts.data(), 1, MPI_INT, 0, comm.get()));
-  int total = 0;
-  for (std::size_t r = 0; r < counts.size(); ++r) {
-    starts[r] = total;
-    total += counts[r];
-  }
-  std::vector<Run> all(comm.is_root() ? static_cast<std::size_t>(total / numbers) : 0);
-  BULKLEY_MPI(
-      MPI_Gatherv(mine.data(), n, MPI_INT64_T, all.data(), counts.data(), starts.data(), MPI_INT64_T, 0, comm.get()));
+  std::vector<Run> all = gather_values(comm, mine);
   std::sort(all.begin(), all.end(), [](const Run& a, const Run& b) { return a.offset < b.offset; });
 
   std::uint32_t crc = 0;

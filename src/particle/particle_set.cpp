@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 #include <new>
+#include <string>
 #include <utility>
 
 #include "bulkley/base/error.hpp"
@@ -66,11 +67,17 @@ void ParticleSet::reserve(LocalIndex count) {
   scratch_bytes_ = 0;
 }
 
+LocalIndex ParticleSet::checked_size(GlobalIndex n_particles) {
+  if (n_particles > largest_size)
+    throw RunError(std::to_string(n_particles) + " particles are more than the " + std::to_string(largest_size) +
+                   " that one rank can number; use more ranks");
+  return static_cast<LocalIndex>(n_particles);
+}
+
 void ParticleSet::resize(LocalIndex new_size) {
   // Room for arrivals to come: memory that nobody has written to is not occupied.
   if (new_size > capacity_)
-    reserve(static_cast<LocalIndex>(
-        std::min<GlobalIndex>(new_size + GlobalIndex{new_size} / 8, std::numeric_limits<LocalIndex>::max() - padding)));
+    reserve(static_cast<LocalIndex>(std::min<GlobalIndex>(new_size + GlobalIndex{new_size} / 8, largest_size)));
   for (std::size_t c = 0; c < columns_.size(); ++c) {
     const std::size_t element = columns_[c].element_size;
     const LocalIndex from = std::min(size_, new_size);

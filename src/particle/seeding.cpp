@@ -260,10 +260,7 @@ void seed_particles(const GridGeometry& grid, const std::vector<Body>& bodies, c
     });
 
   const LocalIndex before = particles.size();
-  const GlobalIndex after = before + static_cast<GlobalIndex>(seeds.size());
-  if (after > std::numeric_limits<LocalIndex>::max() - ParticleSet::padding)
-    throw RunError("one rank cannot hold " + std::to_string(after) + " particles: use more ranks");
-  particles.resize(static_cast<LocalIndex>(after));
+  particles.resize(ParticleSet::checked_size(before + static_cast<GlobalIndex>(seeds.size())));
   std::vector<StartMotion> motions;
   for (const Body& body : bodies) motions.emplace_back(grid, body);
   for (std::size_t s = 0; s < seeds.size(); ++s) {

@@ -4,6 +4,8 @@ A case edits the text of base.toml (`replace`: old -> new, `append`: lines at th
 files first (`prepare`). In arguments {scene} is the scene file; `sentence` is a regular expression for the output.
 """
 
+import struct
+import zlib
 from dataclasses import dataclass, field
 from typing import Callable, Optional
 
@@ -58,6 +60,44 @@ def too_new(folder, program, scene):
     import h5py
     with h5py.File(whole_run(folder, program, scene), "r+") as file:
         file.attrs["format_version"] = file.attrs["format_version"] + 1
+
+
+def text_of(value):
+    return value.encode() if isinstance(value, str) else bytes(value)
+
+
+def header_crc(file):
+    """The checksum of a checkpoint's header, as src/io/header.cpp packs it."""
+    def number(value):
+        return struct.pack("<d", value) if isinstance(value, float) else struct.pack("<q", value)
+
+    def text(value):
+        return number(len(text_of(value))) + text_of(value)
+
+    root = file.attrs
+    packed = number(int(root["step"])) + number(float(root["time"])) + text(root["scene"]) + text(root["code_version"])
+    packed += number(int(root["n_ranks"])) + number(int(root["n_particles"]))
+    for group, kind in (("reals", float), ("integers", int)):
+        state = file["state"][group].attrs
+        packed += number(len(state)) + b"".join(text(name) + number(kind(state[name])) for name in sorted(state))
+    names = text_of(root["materials"]).split(b"\n")
+    return zlib.crc32(packed + number(len(names)) + b"".join(text(name) for name in names))
+
+
+def six_billion_particles(folder, program, scene):
+    """A checkpoint of more particles than one rank, or either of two, can number; its arrays occupy no room on the disk."""
+    import h5py
+    with h5py.File(whole_run(folder, program, scene), "r+") as file:
+        assert header_crc(file) == file.attrs["header_crc32"], "the header is packed in another way"
+        file.attrs["n_particles"] = file.attrs["n_particles"].dtype.type(6_000_000_000)
+        file.attrs["header_crc32"] = file.attrs["header_crc32"].dtype.type(header_crc(file))
+        particles = file["particles"]
+        for name in list(particles):
+            old = particles[name]
+            attributes = dict(old.attrs)
+            kind, row = old.dtype, old.shape[1:]
+            del particles[name]
+            particles.create_dataset(name, shape=(6_000_000_000, *row), dtype=kind).attrs.update(attributes)
 
 
 def out_is_a_file(folder, program, scene):
@@ -151,6 +191,9 @@ particles_per_cell = 8
     Case("restart_foreign_hdf5", FAILED, r"checkpoint_000000005\.h5", prepare=foreign_hdf5, arguments=RESTART_FILE),
     Case("restart_too_new", FAILED, r"checkpoint_000000005\.h5.*format version is 2", prepare=too_new,
          arguments=RESTART_FILE),
+    Case("restart_on_too_few_ranks", FAILED,
+         r"rank 0: \d+ particles are more than the 2147418111 that one rank can number; use more ranks",
+         prepare=six_billion_particles, arguments=RESTART_FILE, ranks=(1, 2)),
     Case("restart_of_another_scene", USAGE, r"honey.*fluid.*another scene", prepare=other_material,
          arguments=RESTART),
     Case("restart_and_overwrite", USAGE, r"--restart.*--overwrite", arguments=[*RESTART, "--overwrite"]),

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <numeric>
 
@@ -308,6 +309,16 @@ TEST_F(MetisAnswer, ScatteredParts) {
   EXPECT_EQ(fault.substr(0, 17), "its 12 parts are ") << fault;
 }
 
+// From 8e7 tiles on, which is 4e10 particles, eight to a cell.
+TEST_F(MetisAnswer, IsNotAskedForWhatItCannotNumber) {
+  const GraphPartitioner fails = [](const TileGraph&, const std::vector<std::int32_t>&, int) { return Parts{}; };
+  graph.first.back() = std::numeric_limits<std::int32_t>::max();
+  EXPECT_EQ(fault_of(fails), "it reports an error");  // was asked
+  graph.first.back() += 1;
+  EXPECT_EQ(fault_of(fails),
+            std::to_string(load.size()) + " tiles have 2147483648 neighbours, more than it numbers in 32 bits");
+}
+
 TEST_F(MetisAnswer, WeightsFitIn32BitsTogether) {
   for (GlobalIndex& weight : load.weight) weight = 900'000'000'000'000 + weight;
   fault_of([](const TileGraph& g, const std::vector<std::int32_t>& weights, int n) {
@@ -348,7 +359,7 @@ TEST(TileGraphTest, TilesTouchByFacesEdgesAndCornersAlsoAroundAnAxis) {
   for (const Int3 tile : {Int3{3, 3, 3}, Int3{3, 3, 4}, Int3{3, 4, 4}, Int3{4, 4, 4}, Int3{6, 6, 6}})
     counts[grid.tile_index(tile)] = 1;
   const TileGraph few = tile_graph(grid, tile_load(counts));
-  EXPECT_EQ(few.first, (std::vector<std::int32_t>{0, 3, 6, 9, 12, 12}));
+  EXPECT_EQ(few.first, (std::vector<GlobalIndex>{0, 3, 6, 9, 12, 12}));
   EXPECT_EQ(std::vector<std::int32_t>(few.shared.begin(), few.shared.begin() + 3), (std::vector<std::int32_t>{32, 16, 8}));
   EXPECT_EQ(n_pieces(few, {0, 0, 0, 0, 0}), 2);
   EXPECT_EQ(n_pieces(few, {0, 1, 0, 1, 0}), 3);

@@ -132,6 +132,10 @@ void fill_gaps(std::span<const Index> gone, Index size, Move move) {
 class ParticleSet {
  public:
   static constexpr LocalIndex padding = 64;
+  /// Loops over packs, batches and blocks count on a little beyond the last particle.
+  static constexpr LocalIndex largest_size = std::numeric_limits<LocalIndex>::max() - (1 << 16);
+  /// A number of particles that one rank is to hold, as its size. Throws RunError if it is more than largest_size.
+  static LocalIndex checked_size(GlobalIndex n_particles);
 
   /// One component of one field.
   struct Column {

@@ -8,6 +8,8 @@
 #include <set>
 #include <string>
 
+#include "bulkley/base/error.hpp"
+
 namespace bulkley {
 namespace {
 
@@ -203,6 +205,21 @@ TEST(ParticleSet, MovesLeaveTheParticlesWhereTheyAre) {
   ParticleSet other = std::move(set);
   EXPECT_EQ(other.real(Field::position), x);
   for (LocalIndex p = 0; p < 50; ++p) EXPECT_TRUE(holds(other, p, p));
+}
+
+TEST(ParticleSet, RefusesNumbersOfParticlesThatOneRankCannotNumber) {
+  constexpr GlobalIndex largest = ParticleSet::largest_size;
+  EXPECT_EQ(ParticleSet::checked_size(0), 0);
+  EXPECT_EQ(ParticleSet::checked_size(largest), largest);
+  // The last one would wrap to 1 in 32 bits.
+  for (const GlobalIndex n : {largest + 1, GlobalIndex{1} << 31, (GlobalIndex{1} << 32) + 1}) {
+    try {
+      ParticleSet::checked_size(n);
+      ADD_FAILURE() << n << " particles pass";
+    } catch (const RunError& error) {
+      EXPECT_EQ(std::string(error.what()).find(std::to_string(n) + " particles are more than the "), 0u) << error.what();
+    }
+  }
 }
 
 TEST(ParticleSet, VectorsAreThreeColumns) {
