@@ -107,9 +107,12 @@ std::optional<Boxes> boxes_for(const GridGeometry& grid, const TileLoad& load, i
   return cut_boxes(grid, false, load, n_ranks);
 }
 
-// Workers that no load decides: the owners of the boxes, or, where there are none, equal runs of the Hilbert curve.
-std::vector<std::int32_t> idle_workers(const GridGeometry& grid, const std::optional<Boxes>& boxes, int n_ranks) {
+// Workers where no load decides: the owners of the boxes, or, where there are none, equal runs of the Hilbert curve through
+// all tiles. That takes much memory on a large grid, and nobody asks for it where there is a load: then empty.
+std::vector<std::int32_t> idle_workers(const GridGeometry& grid, const std::optional<Boxes>& boxes, const TileLoad& load,
+                                       int n_ranks) {
   if (boxes) return box_owners(grid, *boxes);
+  if (load.size() > 0) return {};
   return hilbert_parts(grid, tile_load(std::vector<GlobalIndex>(static_cast<std::size_t>(grid.n_tiles()), 1)), n_ranks);
 }
 
@@ -133,11 +136,12 @@ Partition make_partition(const GridGeometry& grid, const PartitionSettings& sett
     return partition_of_boxes(grid, note.method == PartitionMethod::uniform, load, n_ranks);
   }
   const std::optional<Boxes> boxes = boxes_for(grid, load, n_ranks, present);
-  const std::vector<std::int32_t> idle = idle_workers(grid, boxes, n_ranks);
+  const std::vector<std::int32_t> idle = idle_workers(grid, boxes, load, n_ranks);
   const std::vector<std::int32_t>& before = present ? present->worker : idle;
   const auto by = [&](PartitionMethod method) {
     note.method = method;
-    const std::vector<std::int32_t> part = relabelled(load, free_parts(grid, load, n_ranks, note), before, n_ranks);
+    std::vector<std::int32_t> part = free_parts(grid, load, n_ranks, note);
+    if (!before.empty()) part = relabelled(load, part, before, n_ranks);
     return Partition{n_ranks, spread(grid, load, part, idle), boxes};
   };
   if (settings.method != PartitionMethod::automatic) return by(settings.method);

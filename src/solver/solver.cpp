@@ -332,6 +332,7 @@ void Solver::measure_start() {
 }
 
 VecHandle Solver::node_values() {
+  BULKLEY_ASSERT(partition_.boxes);
   if (!grid_) grid_.emplace(comm_, physics_.grid, *partition_.boxes);
   StepBounds none;
   transfer_to_grid(0.0, 0.0, none);

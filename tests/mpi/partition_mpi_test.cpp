@@ -188,7 +188,7 @@ TEST(Partition, TooFewTiles) {
 
 TEST(Partition, BoxFaultForetellsWhetherThereAreBoxes) {
   for (const GridGeometry& grid :
-       {open_grid({8, 8, 8}), open_grid({5, 9, 30}), grid_of_cells({12, 8, 4}, {true, true, true})})
+       {open_grid({8, 8, 8}), open_grid({4, 4, 30}), grid_of_cells({12, 8, 4}, {true, true, true})})
     for (int n_ranks = 1; n_ranks <= 40; ++n_ranks) {
       const TileLoad load = tile_load(random_load(grid, 1));
       if (box_fault(grid, n_ranks).empty())
