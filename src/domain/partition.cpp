@@ -19,8 +19,6 @@ namespace bulkley {
 
 namespace {
 
-constexpr double even_enough = 1.02;  // largest over mean load at which moving tiles stops
-
 // Boxes stay until they are this much more uneven than when they were cut.
 constexpr double boxes_slack = 1.2;
 

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double least_gain = 0.02;     // of the time of a step
 constexpr GlobalIndex first_look = 10;  // steps after the start
-constexpr double even_enough = 1.02;    // what a partition can be expected to reach, largest over mean load
+constexpr double look_share = 0.01;     // of the time that looks without need may take
 
 // Of a new measurement in the running mean; single ones are noisy.
 constexpr double newest_weight = 0.25;
@@ -99,8 +99,9 @@ void Balancer::after_step(Solver& solver, GlobalIndex step) {
     last_change_ = step;
   }
   // Where it did not pay yet, another look comes when half as much more has been lost.
+  pause_ = verdict.pause;
   patience_ = std::max(verdict.patience, verdict.changes ? GlobalIndex{0} : lost_ + lost_ / 2);
-  if (verdict.changes || share_then_ < 0) {
+  if (verdict.changes) {
     share_then_ = solver.bounds().largest_share;
     lost_ = 0;
   }
@@ -109,16 +110,17 @@ void Balancer::after_step(Solver& solver, GlobalIndex step) {
 
 // Whether the root should look at the balance. Decided by every rank for itself, from what all know alike: the fullest rank's
 // share rides on the all-reduce of each step. It is time when as much has been lost to its growth as a look and a change cost
-// (Menon et al. 2012), and now and then in any case.
+// (Menon et al. 2012), and now and then in any case, as long as that costs little.
 bool Balancer::due(const Solver& solver, GlobalIndex step) {
   if (settings_.decision_interval == 0) return false;
-  const GlobalIndex share = solver.bounds().largest_share;
+  const StepBounds& bounds = solver.bounds();
   if (share_then_ < 0) {  // a first look soon, to measure
     if (step - last_look_ < first_look) return false;
+    share_then_ = static_cast<GlobalIndex>(even_enough * static_cast<double>(bounds.n_particles) / comm_.size());
     return true;
   }
-  lost_ += std::max<GlobalIndex>(0, share - share_then_);
-  return lost_ > patience_ || step - last_look_ >= settings_.decision_interval;
+  lost_ += std::max<GlobalIndex>(0, bounds.largest_share - share_then_);
+  return lost_ > patience_ || step - last_look_ >= pause_;
 }
 
 Balancer::Clock Balancer::read_clock(const Solver& solver) {
@@ -189,9 +191,12 @@ Balancer::Verdict Balancer::decide(const Solver& solver, const TileCensus& censu
     if (next) verdict.busiest_moves = busiest_moves(present, *next, load);
     const double particle = 1e-12 * static_cast<double>(load.total()) / static_cast<double>(census.n_particles());
     verdict.patience = static_cast<GlobalIndex>((change_.look + change_.rebuild) / particle);
+    const double mean_step = 1e-12 * static_cast<double>(load.total()) / comm_.size();
+    verdict.pause = std::max<GlobalIndex>(settings_.decision_interval,
+                                          static_cast<GlobalIndex>(change_.look / (look_share * mean_step)));
   });
-  static_assert(sizeof(Verdict) == 3 * sizeof(GlobalIndex));
-  BULKLEY_MPI(MPI_Bcast(&verdict, 3, MPI_INT64_T, 0, comm_.get()));
+  static_assert(sizeof(Verdict) == 4 * sizeof(GlobalIndex));
+  BULKLEY_MPI(MPI_Bcast(&verdict, 4, MPI_INT64_T, 0, comm_.get()));
   return verdict;
 }
 

@@ -60,6 +60,9 @@ class NodeOwner {
   Int3 separable_;
 };
 
+/// Largest over mean load at which moving tiles stops, and that a partition can be expected to reach.
+inline constexpr double even_enough = 1.02;
+
 /// How a partition came about.
 struct PartitionNotes {
   PartitionMethod method = PartitionMethod::uniform;  ///< the one that made it; never `automatic`

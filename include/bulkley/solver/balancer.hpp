@@ -68,6 +68,7 @@ class Balancer {
   struct Verdict {
     GlobalIndex changes = 0;        ///< whether there is a new partition
     GlobalIndex patience = 0;       ///< see patience_
+    GlobalIndex pause = 0;          ///< see pause_
     GlobalIndex busiest_moves = 0;  ///< particles that the busiest rank sends or receives in the change
   };
   static Clock read_clock(const Solver& solver);
@@ -85,9 +86,10 @@ class Balancer {
   double fresh_exchange_ = -1.0;  ///< s; the root's. Below zero: not known yet
   Clock last_clock_;
   GlobalIndex last_look_, last_change_;  ///< step numbers
-  GlobalIndex share_then_ = -1;          ///< particles of the fullest rank after the last change
-  GlobalIndex lost_ = 0;                 ///< since then: sum over steps of how many more it had
-  GlobalIndex patience_ = 0;  ///< what it may come to before the next look: the price of look and change, in particles
+  GlobalIndex share_then_ = -1;  ///< particles of the fullest rank after the last change, or of one if all had as many
+  GlobalIndex lost_ = 0;         ///< since then: sum over steps of how many more it had
+  GlobalIndex patience_ = 0;     ///< what it may come to before the next look: the price of look and change, in particles
+  GlobalIndex pause_ = 0;        ///< steps to the next look in any case
   BalanceTotals totals_;
   std::string warning_;
   bool has_warned_ = false;
