@@ -22,6 +22,10 @@ namespace {
 // Boxes stay until they are this much more uneven than when they were cut.
 constexpr double boxes_slack = 1.2;
 
+// So much faster must a step be than with boxes. Boxes are cut across x and y first, so that what falls and spreads stays with its
+// rank; how long the loads of another map stay even is not foreseen.
+constexpr double worth_leaving_boxes = 1.02;
+
 // Numbers the parts so that, greedily, most load stays with the rank that has it (`worker` by TileIndex).
 std::vector<std::int32_t> relabelled(const TileLoad& load, const std::vector<std::int32_t>& part,
                                      const std::vector<std::int32_t>& worker, int n_ranks) {
@@ -128,7 +132,7 @@ Partition make_partition(const GridGeometry& grid, const PartitionSettings& sett
                          const Partition* present, const CostModel& cost, PartitionNotes* notes) {
   PartitionNotes unread;
   PartitionNotes& note = notes ? *notes : unread;
-  note = {settings.method, {}};
+  note = {settings.method, false, {}};
   if (settings.method == PartitionMethod::uniform || settings.method == PartitionMethod::ranges || n_ranks == 1) {
     note.method = settings.method == PartitionMethod::uniform ? settings.method : PartitionMethod::ranges;
     return partition_of_boxes(grid, note.method == PartitionMethod::uniform, load, n_ranks);
@@ -144,20 +148,31 @@ Partition make_partition(const GridGeometry& grid, const PartitionSettings& sett
   };
   if (settings.method != PartitionMethod::automatic) return by(settings.method);
 
-  // The owners as workers need the least communication, METIS less than the curve, the curve is evenest.
+  // Boxes have the fewest neighbours, METIS shares fewer nodes than the curve, the curve is evenest.
+  const auto time_of = [&](const Partition& partition) { return predicted_step(predict_traffic(grid, partition, load), cost); };
   Partition best{n_ranks, idle, boxes};
-  PartitionMethod best_method = PartitionMethod::ranges;
-  double fastest = boxes ? predicted_step(predict_traffic(grid, best, load), cost) : std::numeric_limits<double>::infinity();
+  PartitionNotes best_note{PartitionMethod::ranges, false, {}};
+  double fastest = std::numeric_limits<double>::infinity();
+  if (boxes) {
+    fastest = time_of(best);
+    Partition evened = std::move(rebalanced(grid, load, best)[0]);
+    if (const double time = time_of(evened); time < fastest) {
+      fastest = time;
+      best = std::move(evened);
+      best_note.evened = true;
+    }
+    fastest /= worth_leaving_boxes;
+  }
   for (const PartitionMethod method : {PartitionMethod::metis, PartitionMethod::hilbert}) {
     Partition trial = by(method);
     if (note.method != method) continue;  // METIS could not, and the curve comes next
-    const double time = predicted_step(predict_traffic(grid, trial, load), cost);
+    const double time = time_of(trial);
     if (time >= fastest) continue;
     fastest = time;
     best = std::move(trial);
-    best_method = method;
+    best_note = {method, false, {}};
   }
-  note = {best_method, {}};
+  note = best_note;
   return best;
 }
 

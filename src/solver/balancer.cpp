@@ -98,9 +98,9 @@ void Balancer::after_step(Solver& solver, GlobalIndex step) {
     change(solver, std::move(*next), verdict.busiest_moves);
     last_change_ = step;
   }
-  // Where it did not pay yet, another look comes when half as much more has been lost.
+  // Where it did not pay yet, another look comes when a quarter more has been lost.
   pause_ = verdict.pause;
-  patience_ = std::max(verdict.patience, verdict.changes ? GlobalIndex{0} : lost_ + lost_ / 2);
+  patience_ = std::max(verdict.patience, verdict.changes ? GlobalIndex{0} : lost_ + lost_ / 4);
   if (verdict.changes) {
     share_then_ = solver.bounds().largest_share;
     lost_ = 0;

@@ -157,9 +157,10 @@ TEST(FreePartition, AnEmptyTileJoinsANearestLoadedOne) {
   }
 }
 
-TEST(FreePartition, AutomaticIsTheFastestOfAll) {
+TEST(FreePartition, AutomaticIsTheFastestOfAllOrBoxesThatAreNearlyAsFast) {
   CostModel cost;
   std::map<PartitionMethod, int> n_chosen;
+  int n_evened = 0;
   for (const double message : {0.0, 2000.0, 1e6})
     for (const NamedLoad& named : loads_of_all_kinds())
       for (const int n_ranks : {2, 9, 40}) {
@@ -171,16 +172,21 @@ TEST(FreePartition, AutomaticIsTheFastestOfAll) {
         const Partition chosen =
             make_partition(named.grid, by(PartitionMethod::automatic), named.load, n_ranks, nullptr, cost, &notes);
         ++n_chosen[notes.method];
+        n_evened += notes.evened;
+        const double slack = notes.method == PartitionMethod::ranges ? 1.02 : 1.0;
         for (const PartitionMethod method : {PartitionMethod::ranges, PartitionMethod::hilbert, PartitionMethod::metis}) {
           const double other = time(make_partition(named.grid, by(method), named.load, n_ranks, nullptr, cost));
-          EXPECT_LE(time(chosen), other);
+          EXPECT_LE(time(chosen), slack * other);
           if (method == notes.method) {
-            EXPECT_EQ(time(chosen), other);
+            EXPECT_EQ(time(chosen) < other, notes.evened);
+            EXPECT_LE(time(chosen), other);
           }
         }
       }
   EXPECT_EQ(n_chosen.size(), 3u) << "the cases leave a method without a chance";
   EXPECT_EQ(n_chosen.count(PartitionMethod::automatic), 0u);
+  EXPECT_GT(n_evened, 0);
+  EXPECT_LT(n_evened, n_chosen[PartitionMethod::ranges]) << "no case where the boxes are the best as they are";
 }
 
 TEST(FreePartition, MoreRanksThanLoadedTiles) {

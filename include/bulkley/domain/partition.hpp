@@ -66,6 +66,7 @@ inline constexpr double even_enough = 1.02;
 /// How a partition came about.
 struct PartitionNotes {
   PartitionMethod method = PartitionMethod::uniform;  ///< the one that made it; never `automatic`
+  bool evened = false;                                ///< by `automatic`: boxes from which few tiles were moved
   std::vector<std::string> warnings;
 };
 
@@ -80,7 +81,7 @@ struct PartitionNotes {
 ///
 /// The workers: the owners of the boxes for `uniform` and `ranges`; chunks of a Hilbert curve through the loaded tiles for
 /// `hilbert`; parts of their graph with few shared nodes for `metis` (Karypis & Kumar 1998, recursive
-/// bisection; then moved towards even loads); for `automatic` the one of these for which `cost` predicts the fastest step. Parts are numbered for the largest
+/// bisection; then moved towards even loads); for `automatic` the one of these for which `cost` predicts the fastest step, where boxes are evened out (rebalanced) and may be 2 % slower. Parts are numbered for the largest
 /// overlap with `present`, or else with the owners. An empty tile goes to the worker of a nearest loaded one. Where fewer tiles
 /// are loaded than there are ranks, the surplus ranks have none.
 ///
