@@ -44,7 +44,8 @@ CONSTANTS = [
     ("root-box-bytes", 15, "B", "of the root's memory for each tile of the box while maps are made"),
     ("count-time", 35e-9, "s", "to count or seed a particle at the start; three times"),
 
-    ("look-interval", 100, "steps", "between two looks at the balance"),
+    ("look-interval", 100, "steps", "between two looks at the balance, at least (partition.decision_interval)"),
+    ("look-share", 0.01, "", "of the time, that looks may take: dear ones come less often"),
     ("map-interval", 1000, "steps", "between two whole new maps"),
     ("particles-per-tile", 480, "", "in a loaded tile on average; 512 where 8 to a cell fill it"),
     ("box-ratio", 8, "", "tiles of the box for each loaded one"),
@@ -198,7 +199,9 @@ class Run:
         self.making = laws.making(self.tiles, ranks, axis) if ranks > 1 else 0.0
         self.map_bytes = 4 * self.box
         self.broadcast = (2 * self.map_bytes / one_stream + stages * c.latency) if ranks > 1 else 0.0
-        self.looks = (self.gather + self.judging) / c.look_interval
+        look = self.gather + self.judging
+        self.look_steps = max(c.look_interval, look / (c.look_share * self.compute))
+        self.looks = look / self.look_steps
         self.maps = (self.making + self.broadcast) / c.map_interval
 
         # Memory: two maps while a new one is taken up; two tables from a rank's first tile to its last.
@@ -282,10 +285,10 @@ def print_runs(title, runs, efficiency):
 
 def print_division(runs):
     print("What one look and one whole new map take, and what they occupy.\n")
-    table(["ranks", "particles", "loaded tiles", "gather", "judge", "new map", "its broadcast", "map on each rank",
+    table(["ranks", "particles", "loaded tiles", "gather", "judge", "steps from look to look", "new map", "its broadcast", "map on each rank",
            "memory, rank", "root", "root's node", "count at start"],
           [[count_text(run.ranks), count_text(run.particles), count_text(run.tiles), seconds(run.gather),
-            seconds(run.judging), seconds(run.making), seconds(run.broadcast), bytes_text(run.map_bytes),
+            seconds(run.judging), count_text(run.look_steps), seconds(run.making), seconds(run.broadcast), bytes_text(run.map_bytes),
             bytes_text(run.rank_memory), bytes_text(run.root_memory), bytes_text(run.node_memory), seconds(run.count)]
            for run in runs])
 
@@ -310,7 +313,8 @@ def print_limits(laws, c, own):
 
     neighbours = 26.0
     limits = [
-        ("looks cost 10 % of the steps between them", of_step(lambda r: r.looks, 0.1)),
+        ("looks come less often than every 1000 steps", lambda n: at(n).look_steps > 1000),
+        ("looks come less often than every 10^4 steps", lambda n: at(n).look_steps > 10000),
         ("whole new maps cost 10 % of the steps between them", of_step(lambda r: r.maps, 0.1)),
         ("making a whole map takes 10 min", lambda n: at(n).making > 600),
         ("the map is half of what a rank has", lambda n: 2 * at(n).map_bytes > 0.5 * c.node_memory / c.ranks_per_node),
@@ -355,7 +359,7 @@ def draw(path, laws, c, weak, strong):
     right.set(xscale="log", yscale="log", xlabel="ranks", ylabel="seconds a step", ylim=(1e-4, 1e2))
     right.plot([], [], color="0.7", linewidth=0.8, label="particles alone, evenly divided")
     for axes in (left, right):
-        for style, text in (("-", "steps alone"), ("--", f"and a look every {c.look_interval:g}"),
+        for style, text in (("-", "steps alone"), ("--", "and looks"),
                             (":", f"and a whole new map every {c.map_interval:g}")):
             axes.plot([], [], style, color="0.3", label=text)
     for axes, place in ((left, "center right"), (right, "lower left")):
