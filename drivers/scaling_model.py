@@ -285,12 +285,12 @@ def print_runs(title, runs, efficiency):
 
 def print_division(runs):
     print("What one look and one whole new map take, and what they occupy.\n")
-    table(["ranks", "particles", "loaded tiles", "gather", "judge", "steps from look to look", "new map", "its broadcast", "map on each rank",
-           "memory, rank", "root", "root's node", "count at start"],
+    table(["ranks", "particles", "loaded tiles", "gather", "judge", "steps from look to look", "new map", "its broadcast",
+           "map on each rank", "memory, rank", "root", "root's node", "count at start"],
           [[count_text(run.ranks), count_text(run.particles), count_text(run.tiles), seconds(run.gather),
-            seconds(run.judging), count_text(run.look_steps), seconds(run.making), seconds(run.broadcast), bytes_text(run.map_bytes),
-            bytes_text(run.rank_memory), bytes_text(run.root_memory), bytes_text(run.node_memory), seconds(run.count)]
-           for run in runs])
+            seconds(run.judging), count_text(run.look_steps), seconds(run.making), seconds(run.broadcast),
+            bytes_text(run.map_bytes), bytes_text(run.rank_memory), bytes_text(run.root_memory),
+            bytes_text(run.node_memory), seconds(run.count)] for run in runs])
 
 
 def first_particles(holds_not, low=1e5, high=1e16):

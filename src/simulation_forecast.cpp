@@ -82,13 +82,13 @@ BodyForecast body_forecast(const Comm& comm, const Scene& scene, const Body& bod
   return f;
 }
 
-// What PETSc keeps of a DMDA for each node, and what it and MPI come to occupy beyond the empty program, bytes: measured with
-// PETSc 3.18 and Open MPI 4.1 (docs/performance.md, "Memory").
+// What PETSc keeps of a DMDA for each node, and what it and MPI come to occupy beyond the empty program, bytes: measured
+// with PETSc 3.18 and Open MPI 4.1 (docs/performance.md, "Memory").
 constexpr double dmda_bytes_per_node = 20.0;
 constexpr double library_bytes = 5.0e6;
 
-// Bytes by rank: particles with their work arrays, nodes of the pool and as many owned ones, the tables over all tiles, and where
-// the grid is written its DMDA and a vector. Precondition: check_grid_output.
+// Bytes by rank: particles with their work arrays, nodes of the pool and as many owned ones, the tables over all tiles, and
+// where the grid is written its DMDA and a vector. Precondition: check_grid_output.
 std::vector<double> memory_estimates(const Scene& scene, const Partition& partition,
                                      const std::vector<RankTraffic>& traffic) {
   const ParticleSet sample(optional_fields(scene));

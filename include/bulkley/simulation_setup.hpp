@@ -16,11 +16,12 @@ Physics physics_of(const Scene& scene);
 /// The fields that the scene's particles have beside those that all have. Not collective.
 OptionalFields optional_fields(const Scene& scene);
 
-/// A counter to which each rank contributes the particles of a share of the tiles; its calls are collective. `comm` must outlive
-/// it.
+/// A counter to which each rank contributes the particles of a share of the tiles; its calls are collective. `comm` must
+/// outlive it.
 ParticleCounter shared_counter(const Comm& comm);
 
-/// What the tiles hold at the scene's start, on the root, empty elsewhere; each rank counts a share of the tiles. Collective.
+/// What the tiles hold at the scene's start, on the root, empty elsewhere; each rank counts a share of the tiles.
+/// Collective.
 TileCensus seeded_census(const Comm& comm, const Scene& scene);
 
 /// What each tile holds and is reckoned to cost (tile_load), by TileIndex.
@@ -42,8 +43,8 @@ CostModel assumed_cost(const Scene& scene);
 /// Refuses fields of the grid where no DMDA can hold them on so many ranks. Throws UsageError. Not collective.
 void check_grid_output(const Scene& scene, int n_ranks);
 
-/// The scene's partition of `census` (the root's counts) for as many ranks as there are, on every rank; warnings on the root's
-/// stderr. Throws UsageError. Collective.
+/// The scene's partition of `census` (the root's counts) for as many ranks as there are, on every rank; warnings on the
+/// root's stderr. Throws UsageError. Collective.
 Partition first_partition(const Comm& comm, const Scene& scene, const TileCensus& census, const CostModel& cost);
 
 /// The particles of the tiles that `partition` gives to this rank. Collective.

@@ -177,7 +177,8 @@ class Diffusion {
     return true;
   }
 
-  // A drop, or whatever else hangs together, to the emptiest part: the parts around it may all be full, or there may be none.
+  // A drop, or whatever else hangs together, to the emptiest part: the parts around it may all be full, or there may be
+  // none.
   bool pass_piece(int full) {
     const int to = static_cast<int>(std::min_element(part_load_.begin(), part_load_.end()) - part_load_.begin());
     const std::vector<std::vector<std::int32_t>> pieces = pieces_of(full);

@@ -36,8 +36,8 @@ std::uint64_t hilbert_position(const Int3& at, int bits) {
 }
 
 std::vector<std::int32_t> hilbert_parts(const GridGeometry& grid, const TileLoad& load, int n_parts) {
-  // A cube little smaller than the grid is stretched over it, some layers of tiles sharing a layer of the curve; in the next larger
-  // cube the last layers would come all by themselves, as one thin sheet.
+  // A cube little smaller than the grid is stretched over it, some layers of tiles sharing a layer of the curve; in the next
+  // larger cube the last layers would come all by themselves, as one thin sheet.
   const auto widest = static_cast<std::uint32_t>(std::max({grid.n_tiles(0), grid.n_tiles(1), grid.n_tiles(2)}));
   const std::uint32_t smaller = std::bit_floor(widest);
   const bool stretched = widest > smaller && 4 * widest <= 5 * smaller;

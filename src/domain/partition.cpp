@@ -22,8 +22,8 @@ namespace {
 // Boxes stay until they are this much more uneven than when they were cut.
 constexpr double boxes_slack = 1.2;
 
-// So much faster must a step be than with boxes. Boxes are cut across x and y first, so that what falls and spreads stays with its
-// rank; how long the loads of another map stay even is not foreseen.
+// So much faster must a step be than with boxes. Boxes are cut across x and y first, so that what falls and spreads stays
+// with its rank; how long the loads of another map stay even is not foreseen.
 constexpr double worth_leaving_boxes = 1.02;
 
 // Numbers the parts so that, greedily, most load stays with the rank that has it (`worker` by TileIndex).
@@ -55,8 +55,8 @@ std::vector<std::int32_t> relabelled(const TileLoad& load, const std::vector<std
   return result;
 }
 
-// Workers of all tiles from those of the loaded ones: an empty tile joins the first neighbour by a face that has a worker, layer
-// by layer. Without any load `otherwise` stays.
+// Workers of all tiles from those of the loaded ones: an empty tile joins the first neighbour by a face that has a worker,
+// layer by layer. Without any load `otherwise` stays.
 std::vector<std::int32_t> spread(const GridGeometry& grid, const TileLoad& load, const std::vector<std::int32_t>& part,
                                  const std::vector<std::int32_t>& otherwise) {
   if (load.size() == 0) return otherwise;

@@ -48,9 +48,9 @@ NodeMask existing_nodes(const GridGeometry& grid, const Int3& tile) {
 
 Int3 step_of(int s) { return {s & 1, s >> 1 & 1, s >> 2 & 1}; }
 
-// Calls visit(coordinates, rank, nodes) for every tile of nodes that footprints of `tiles` (ascending) reach and every rank among
-// their workers. Coordinates are as pools number nodes: they do not wrap, so that along a periodic axis footprints end beyond
-// the last tile.
+// Calls visit(coordinates, rank, nodes) for every tile of nodes that footprints of `tiles` (ascending) reach and every rank
+// among their workers. Coordinates are as pools number nodes: they do not wrap, so that along a periodic axis footprints end
+// beyond the last tile.
 template <class Visit>
 void visit_reached(const GridGeometry& grid, const Partition& partition, const std::vector<TileIndex>& tiles, Visit visit) {
   const std::array<NodeMask, 8> masks = reached_masks(grid);

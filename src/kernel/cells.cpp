@@ -37,7 +37,8 @@ Verdict confine_coordinate(const GridGeometry& grid, const Faces& faces, int axi
   return Verdict::escaped;
 }
 
-// Whether a coordinate lies in the domain. Comparisons that are false for NaN; a particle exactly on a wall's face is inside.
+// Whether a coordinate lies in the domain. Comparisons that are false for NaN; a particle exactly on a wall's face is
+// inside.
 template <class Real>
 Mask<Real> within(const GridGeometry& grid, int axis, double lower, double upper, Real x) {
   const Mask<Real> below = grid.periodic[axis] ? x < broadcast<Real>(upper) : x <= broadcast<Real>(upper);

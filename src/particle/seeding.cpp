@@ -184,8 +184,8 @@ void store(const GridGeometry& grid, const Body& body, const Seed& seed, StartMo
   particles.id()[p] = seed.id;
 }
 
-// Of a cell: the differences of a wave of six cells are wrong by 6e-10 of its gradient, and rounding stays below that for any
-// usual distance from the origin.
+// Of a cell: the differences of a wave of six cells are wrong by 6e-10 of its gradient, and rounding stays below that for
+// any usual distance from the origin.
 constexpr double difference_step = 0x1p-14;
 
 }  // namespace

@@ -108,9 +108,9 @@ void Balancer::after_step(Solver& solver, GlobalIndex step) {
   totals_.seconds += MPI_Wtime() - begin;
 }
 
-// Whether the root should look at the balance. Decided by every rank for itself, from what all know alike: the fullest rank's
-// share rides on the all-reduce of each step. It is time when as much has been lost to its growth as a look and a change cost
-// (Menon et al. 2012), and now and then in any case, as long as that costs little.
+// Whether the root should look at the balance. Decided by every rank for itself, from what all know alike: the fullest
+// rank's share rides on the all-reduce of each step. It is time when as much has been lost to its growth as a look and a
+// change cost (Menon et al. 2012), and now and then in any case, as long as that costs little.
 bool Balancer::due(const Solver& solver, GlobalIndex step) {
   if (settings_.decision_interval == 0) return false;
   const StepBounds& bounds = solver.bounds();
@@ -134,7 +134,8 @@ Balancer::Clock Balancer::read_clock(const Solver& solver) {
   return clock;
 }
 
-// What steps have cost since the last look, from the sums over all ranks: a single rank's times also tell who shares its core.
+// What steps have cost since the last look, from the sums over all ranks: a single rank's times also tell who shares its
+// core.
 void Balancer::measure(const Solver& solver, const TileCensus& census, GlobalIndex step) {
   const Clock clock = read_clock(solver);
   const auto n_steps = static_cast<double>(step - last_look_);

@@ -13,7 +13,8 @@
 namespace bulkley {
 
 /// What went wrong in a step whose merged `bounds` have failed(): how many particles, and id, position, speed and material
-/// of the one with the smallest id; or the first node that the acceleration field has left without a value. The same text on every rank. Collective.
+/// of the one with the smallest id; or the first node that the acceleration field has left without a value. The same text on
+/// every rank. Collective.
 std::string describe_failure(const Comm& comm, const GridGeometry& grid, const ParticleSet& particles,
                              const std::vector<NamedMaterial>& materials, const StepBounds& bounds);
 

@@ -118,7 +118,8 @@ void Solver::transfer_to_grid(double dt, double time, StepBounds& faults) {
   }
 }
 
-// Adds the forces of the acceleration field, times dt, to the nodes that have mass. Each node has one owner, who evaluates it.
+// Adds the forces of the acceleration field, times dt, to the nodes that have mass. Each node has one owner, who evaluates
+// it.
 void Solver::accelerate(const GridUpdate& update, double time, Node* nodes, Node* impulse, StepBounds& faults) {
   const GridGeometry& geometry = physics_.grid;
   const auto active = exchange_->active_nodes();

@@ -148,8 +148,8 @@ inline std::vector<TransferSettings> some_transfers() {
           {.scheme = TransferScheme::flip, .order = SplineOrder::cubic, .gradient = GradientForm::mls}};
 }
 
-/// A partition of the scene's grid by its particles; where there are no boxes, `hilbert` takes the place of methods that need
-/// them. `scattered`: workers far from the owners of the nodes.
+/// A partition of the scene's grid by its particles; where there are no boxes, `hilbert` takes the place of methods that
+/// need them. `scattered`: workers far from the owners of the nodes.
 inline Partition partition_of(const Comm& comm, const SolverScene& scene, PartitionMethod method, bool scattered = false) {
   std::vector<GlobalIndex> load(static_cast<std::size_t>(scene.physics.grid.n_tiles()), 0);
   for (LocalIndex p = 0; p < scene.particles.size(); ++p)

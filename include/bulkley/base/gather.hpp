@@ -8,8 +8,8 @@
 
 namespace bulkley {
 
-/// The ranks' values one after the other, in rank order, on the root; nothing elsewhere. Any number of values: they travel in
-/// messages that an int can count. Number: a plain type without padding. Collective.
+/// The ranks' values one after the other, in rank order, on the root; nothing elsewhere. Any number of values: they travel
+/// in messages that an int can count. Number: a plain type without padding. Collective.
 template <class Number>
 std::vector<Number> gather_values(const Comm& comm, const std::vector<Number>& local);
 

@@ -38,9 +38,9 @@ std::string box_fault(const GridGeometry& grid, int n_ranks);
 /// Rank whose box holds the nodes of each tile, by TileIndex. Not collective.
 std::vector<std::int32_t> box_owners(const GridGeometry& grid, const Boxes& boxes);
 
-/// Tiles along each axis that may go to different ranks. A node just behind a wall and its image just in front of it have one
-/// owner: where they lie in different tiles, which can only be at the upper face, the last layer goes with the one before. No
-/// particle belongs to it then. Not collective.
+/// Tiles along each axis that may go to different ranks. A node just behind a wall and its image just in front of it have
+/// one owner: where they lie in different tiles, which can only be at the upper face, the last layer goes with the one
+/// before. No particle belongs to it then. Not collective.
 Int3 separable_tiles(const GridGeometry& grid);
 
 /// The rank that sums up the nodes of a tile and updates them: the worker of the tile, or of the one in front of it
@@ -74,24 +74,26 @@ struct PartitionNotes {
 ///
 /// The boxes: equal numbers of tiles along each axis for `uniform`; else cuts that minimise the largest load of a rank,
 /// moved towards equal parts where that costs less than 2 %. A tile counts a little more than its load, so that empty space
-/// is divided too. All factorisations of n_ranks are tried; of those within 5 % of the smallest largest load the one with the
-/// least surface is taken. Every rank owns at least one tile along each axis. The nodes just behind and just in front of a
-/// face have one owner. With `present`, its boxes stay while they serve about as well as when they were cut. There are none
-/// where the tiles of the grid do not suffice.
+/// is divided too. All factorisations of n_ranks are tried; of those within 5 % of the smallest largest load the one with
+/// the least surface is taken. Every rank owns at least one tile along each axis. The nodes just behind and just in front of
+/// a face have one owner. With `present`, its boxes stay while they serve about as well as when they were cut. There are
+/// none where the tiles of the grid do not suffice.
 ///
 /// The workers: the owners of the boxes for `uniform` and `ranges`; chunks of a Hilbert curve through the loaded tiles for
-/// `hilbert`; parts of their graph with few shared nodes for `metis` (Karypis & Kumar 1998, recursive
-/// bisection; then moved towards even loads); for `automatic` the one of these for which `cost` predicts the fastest step, where boxes are evened out (rebalanced) and may be 2 % slower. Parts are numbered for the largest
-/// overlap with `present`, or else with the owners. An empty tile goes to the worker of a nearest loaded one. Where fewer tiles
-/// are loaded than there are ranks, the surplus ranks have none.
+/// `hilbert`; parts of their graph with few shared nodes for `metis` (Karypis & Kumar 1998, recursive bisection; then moved
+/// towards even loads); for `automatic` the one of these for which `cost` predicts the fastest step, where boxes are evened
+/// out (rebalanced) and may be 2 % slower. Parts are numbered for the largest overlap with `present`, or else with the
+/// owners. An empty tile goes to the worker of a nearest loaded one. Where fewer tiles are loaded than there are ranks, the
+/// surplus ranks have none.
 ///
 /// Deterministic: the same for the same arguments. Throws UsageError when there are no boxes for `uniform` and `ranges`. Not
 /// collective; dear for large grids, so that runs do it on the root (share_partition).
 Partition make_partition(const GridGeometry& grid, const PartitionSettings& settings, const TileLoad& load, int n_ranks,
                          const Partition* present = nullptr, const CostModel& cost = {}, PartitionNotes* notes = nullptr);
 
-/// `present` with as few tiles moved from rank to rank as bring the largest load near the mean, in two ways: load is handed on
-/// from neighbour to neighbour, or goes straight from full ranks to empty ones (src/domain/diffusion.hpp). Not collective.
+/// `present` with as few tiles moved from rank to rank as bring the largest load near the mean, in two ways: load is handed
+/// on from neighbour to neighbour, or goes straight from full ranks to empty ones (src/domain/diffusion.hpp). Not
+/// collective.
 std::array<Partition, 2> rebalanced(const GridGeometry& grid, const TileLoad& load, const Partition& present);
 
 /// The root's partition on every rank. Collective.

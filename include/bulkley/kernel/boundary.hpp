@@ -53,15 +53,14 @@ struct NodeImage {
   Vec3 velocity;  ///< of the wall, m/s
 };
 
-/// The constraints of all nodes with signed distance <= 0 to a wall or separating collider, or <= 3/4 of a cell to a sticky or
-/// slip collider. `nodes[n]`: grid indices of the caller's
-/// n-th node. Faces first, then colliders, in their order; a node under several constraints gets the list twice, so that
-/// corners are consistent. Not collective.
+/// The constraints of all nodes with signed distance <= 0 to a wall or separating collider, or <= 3/4 of a cell to a sticky
+/// or slip collider. `nodes[n]`: grid indices of the caller's n-th node. Faces first, then colliders, in their order; a node
+/// under several constraints gets the list twice, so that corners are consistent. Not collective.
 std::vector<NodeConstraint> node_constraints(const GridGeometry& grid, const Faces& faces,
                                              const std::vector<Collider>& colliders, const std::vector<Int3>& nodes);
 
-/// The nodes one cell behind the sticky and slip faces, axis after axis, as far as their images are among `nodes`: a particle
-/// that reaches the one reaches the other. Not collective.
+/// The nodes one cell behind the sticky and slip faces, axis after axis, as far as their images are among `nodes`: a
+/// particle that reaches the one reaches the other. Not collective.
 std::vector<NodeImage> node_images(const GridGeometry& grid, const Faces& faces, const std::vector<Int3>& nodes);
 
 /// v -> v after contact: sticky, slip, or separating with Coulomb friction (Stomakhin et al. 2013). Not collective.

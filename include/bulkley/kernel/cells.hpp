@@ -38,17 +38,17 @@ struct Stray {
 void confine(const GridGeometry& grid, const Faces& faces, ParticleSet& particles, std::vector<LocalIndex>& removed,
              StepBounds& bounds, ParticleBlock block = {});
 
-/// Finds the cells of the particles of `block` and counts them there; particles in tiles outside the pool get cell 0, are not
-/// counted and are appended to `strays`. Preconditions: `map` was reset for `layout` and has room for the particles, each is
-/// counted once; positions inside the domain. Not collective.
+/// Finds the cells of the particles of `block` and counts them there; particles in tiles outside the pool get cell 0, are
+/// not counted and are appended to `strays`. Preconditions: `map` was reset for `layout` and has room for the particles,
+/// each is counted once; positions inside the domain. Not collective.
 void locate(const GridGeometry& grid, const PoolLayout& layout, const ParticleSet& particles, CellMap& map,
             std::vector<Stray>& strays, ParticleBlock block = {});
 
 /// What each tile holds. Precondition: positions inside the domain, materials below `n_materials`. Not collective.
 TileCensus take_census(const GridGeometry& grid, const ParticleSet& particles, int n_materials);
 
-/// Bit d = 9 (a + 1) + 3 (b + 1) + (c + 1): a particle in one of the occupied cells (TileCensus::cells) of a tile may enter the
-/// neighbour (a, b, c) of the tile by moving one cell, or is in it already.
+/// Bit d = 9 (a + 1) + 3 (b + 1) + (c + 1): a particle in one of the occupied cells (TileCensus::cells) of a tile may enter
+/// the neighbour (a, b, c) of the tile by moving one cell, or is in it already.
 std::uint32_t reach_of(std::uint64_t cells);
 
 /// Calls visit(there) for the tiles that reach_of names. Not collective.

@@ -41,8 +41,8 @@ struct NodeRow {
 class PoolLayout {
  public:
   PoolLayout() = default;
-  /// `tiles`: ascending, each once. The nodes are those of their footprints, or the first `width` along each axis from the first
-  /// of each tile.
+  /// `tiles`: ascending, each once. The nodes are those of their footprints, or the first `width` along each axis from the
+  /// first of each tile.
   PoolLayout(const GridGeometry& grid, std::vector<TileIndex> tiles);
   PoolLayout(const GridGeometry& grid, std::vector<TileIndex> tiles, int width);
 

@@ -111,8 +111,8 @@ struct ParticleBlock {
   LocalIndex end = std::numeric_limits<LocalIndex>::max();
 };
 
-/// Calls move(to, from) for each survivor that fills a gap when the elements `gone` (ascending, each once) of `size` elements
-/// are removed: the last ones fill the gaps, in order.
+/// Calls move(to, from) for each survivor that fills a gap when the elements `gone` (ascending, each once) of `size`
+/// elements are removed: the last ones fill the gaps, in order.
 template <class Index, class Move>
 void fill_gaps(std::span<const Index> gone, Index size, Move move) {
   const Index remaining = size - static_cast<Index>(gone.size());
