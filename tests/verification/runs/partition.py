@@ -77,8 +77,10 @@ def check_quality(test):
         expect(number["metis"]["halo_over_worked_nodes"] <= number["hilbert"]["halo_over_worked_nodes"],
                f"{scene}: METIS has the larger halo")
         fastest = min(number[m]["predicted_step [s]"] for m in ("ranges", "hilbert", "metis"))
-        expect(number["auto"]["predicted_step [s]"] == fastest, f"{scene}: auto is not the fastest")
-        expect(found["auto"]["chosen"] in ("ranges", "hilbert", "metis"), f"{scene}: auto does not say what it chose")
+        chosen = found["auto"]["chosen"]
+        expect(chosen in ("ranges", "evened ranges", "hilbert", "metis"), f"{scene}: auto does not say what it chose")
+        slack = 1.02 if chosen.endswith("ranges") else 1.0  # boxes are kept until another map is 2 % faster
+        expect(number["auto"]["predicted_step [s]"] <= slack * fastest, f"{scene}: auto is not the fastest")
         for row in rows:
             expect(row["cells_x"] == "256" and float(row["n_particles"]) > 3e6 and row["moved_fraction"] == "",
                    f"{scene}: {row}")
