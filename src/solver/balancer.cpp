@@ -189,6 +189,8 @@ Balancer::Verdict Balancer::decide(const Solver& solver, const TileCensus& censu
       if (next && found.whole) fresh_exchange_ = exchange_of(*next);
     }
     verdict.changes = next.has_value();
+    verdict.pause = settings_.decision_interval;
+    if (load.size() == 0) return;
     if (next) verdict.busiest_moves = busiest_moves(present, *next, load);
     const double particle = 1e-12 * static_cast<double>(load.total()) / static_cast<double>(census.n_particles());
     verdict.patience = static_cast<GlobalIndex>((change_.look + change_.rebuild) / particle);

@@ -134,6 +134,18 @@ TEST_F(BalancerTest, AutoBringsParticlesFromOneRankToAll) {
   EXPECT_GT(balancer.totals().seconds, 0.0);
 }
 
+TEST_F(BalancerTest, WithoutParticlesThereIsNothingToBalance) {
+  SolverScene scene = empty_scene(some_transfers()[0], {16, 16, 8}, {false, false, false});
+  for (const int remake : {0, 1}) {
+    const auto solver = solver_of(comm, scene, partition_of(comm, scene, PartitionMethod::uniform));
+    const PartitionSettings settings{PartitionMethod::automatic, 5, remake};
+    Balancer balancer(comm, settings, {}, 0);
+    for (int step = 1; step <= 30; ++step) balancer.after_step(*solver, step);
+    EXPECT_EQ(balancer.totals().n_moved, 0);
+    EXPECT_EQ(n_particles_global(*solver), 0);
+  }
+}
+
 // --- when a change pays --------------------------------------------------------------------------------------------------
 
 // Pure functions of loads; every rank does the same.
