@@ -46,8 +46,7 @@ struct BalanceTotals {
 /// Keeps a solver's partition as [partition] of the scene says.
 class Balancer {
  public:
-  /// `cost`: of an earlier run, or the default; `step`: the number of steps made already. Both references must outlive the
-  /// balancer.
+  /// `cost`: of an earlier run, or the default; `step`: the number of steps made already. `comm` must outlive the balancer.
   Balancer(const Comm& comm, const PartitionSettings& settings, CostModel cost, GlobalIndex step);
 
   /// To be called after each step, with its number. Collective.
@@ -80,7 +79,7 @@ class Balancer {
   void change(Solver& solver, Partition partition, GlobalIndex busiest_moves);
 
   const Comm& comm_;
-  const PartitionSettings& settings_;
+  PartitionSettings settings_;
   CostModel cost_;
   bool measured_ = false;
   ChangeCost change_;
