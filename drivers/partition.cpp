@@ -103,18 +103,13 @@ void expect_inside(const GridGeometry& grid, const ParticleSet& particles, const
 Snapshot read_snapshot(const Comm& comm, const Scene& scene, const std::string& path) {
   const std::string file = resolve_checkpoint(comm, path);
   Snapshot snapshot{read_header(comm, file), {}};
-  std::vector<std::string> names;
-  for (const NamedMaterial& material : scene.materials) names.push_back(material.name);
-  if (snapshot.header.material_names != names)
-    throw UsageError(
-        fmt::format("{}: its materials are [{}], those of the scene [{}]: this is a checkpoint of another scene", file,
-                    fmt::join(snapshot.header.material_names, ", "), fmt::join(names, ", ")));
+  expect_materials(file, snapshot.header.material_names, scene);
   if (snapshot.header.scene_text != scene.effective_text)
     fmt::print(stderr, "warning: {}: was written by a scene that differs from this one\n", file);
   ParticleSet particles(optional_fields(scene));
   read_checkpoint(comm, file, 0, snapshot.header.n_particles, particles);
   expect_inside(scene.grid, particles, file);
-  snapshot.census = take_census(scene.grid, particles, static_cast<int>(names.size()));
+  snapshot.census = take_census(scene.grid, particles, static_cast<int>(scene.materials.size()));
   return snapshot;
 }
 

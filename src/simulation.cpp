@@ -23,12 +23,6 @@ namespace bulkley {
 
 namespace {
 
-std::vector<std::string> material_names(const Scene& scene) {
-  std::vector<std::string> names;
-  for (const NamedMaterial& m : scene.materials) names.push_back(m.name);
-  return names;
-}
-
 // Owns one run; the constructor brings it to its first step, `run` to its end.
 class Simulation {
  public:
@@ -61,6 +55,9 @@ class Simulation {
   double next_output() const;
   void take_step();
   void balance();
+  HaloTraffic halo_traffic() const {
+    return {max_global(comm_, solver_->halo_bytes()), sum_global(comm_, solver_->halo_bytes())};
+  }
   void write_frame_if_due(bool landed);
   void write_frame_now(const TileValues* tiles);
   void write_history(const StepReport* report);
@@ -138,10 +135,7 @@ GlobalIndex Simulation::restore() {
     file = *latest;
   }
   const CheckpointHeader header = read_header(comm_, file);
-  if (header.material_names != material_names(scene_))
-    throw UsageError(
-        fmt::format("{}: its materials are [{}], those of the scene [{}]: this is a checkpoint of another scene", file,
-                    fmt::join(header.material_names, ", "), fmt::join(material_names(scene_), ", ")));
+  expect_materials(file, header.material_names, scene_);
   if (header.scene_text != scene_.effective_text)
     warn(fmt::format("{}: was written by a scene that differs from this one; continuing with this one", file));
   state_ = load_state(header.step, header.time, header.reals, header.integers);
@@ -256,8 +250,7 @@ void Simulation::write_history(const StepReport* report) {
       diagnose(comm_, scene_.grid, scene_.transfer, scene_.gravity, scene_.materials, solver_->particles());
   const auto steps = static_cast<double>(std::max<GlobalIndex>(state_.step - history_step_, 1));
   const double seconds_per_step = (clock_.stepping - history_stepping_) / steps;
-  const HaloTraffic halo{max_global(comm_, solver_->halo_bytes()), sum_global(comm_, solver_->halo_bytes())};
-  history_->write(comm_, history_row(state_, report, diagnostics, halo, comm_.size(), seconds_per_step));
+  history_->write(comm_, history_row(state_, report, diagnostics, halo_traffic(), comm_.size(), seconds_per_step));
   history_step_ = state_.step;
   history_stepping_ = clock_.stepping;
   clock_.output += MPI_Wtime() - before;
@@ -296,8 +289,7 @@ void Simulation::report_progress(const TimeStepPlan& plan) {
 
 void Simulation::finish(RunState state, const std::string& reason) {
   write_status(comm_, options_.folder, {state, state_.step, state_.time, last_checkpoint_, reason});
-  const HaloTraffic halo{max_global(comm_, solver_->halo_bytes()), sum_global(comm_, solver_->halo_bytes())};
-  const std::string summary = run_summary(comm_, state_, clock_, solver_->times(), balancer_->totals(), halo);
+  const std::string summary = run_summary(comm_, state_, clock_, solver_->times(), balancer_->totals(), halo_traffic());
   say(summary);
   say(fmt::format("{}: {}", name(state), reason));
 }

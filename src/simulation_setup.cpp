@@ -38,6 +38,20 @@ ParticleCounter shared_counter(const Comm& comm) {
   };
 }
 
+std::vector<std::string> material_names(const Scene& scene) {
+  std::vector<std::string> names;
+  for (const NamedMaterial& m : scene.materials) names.push_back(m.name);
+  return names;
+}
+
+void expect_materials(const std::string& file, const std::vector<std::string>& found, const Scene& scene) {
+  const std::vector<std::string> names = material_names(scene);
+  if (found != names)
+    throw UsageError(
+        fmt::format("{}: its materials are [{}], those of the scene [{}]: this is a checkpoint of another scene", file,
+                    fmt::join(found, ", "), fmt::join(names, ", ")));
+}
+
 TileCensus seeded_census(const Comm& comm, const Scene& scene) {
   return gather_census(comm, count_share(comm, scene.grid, scene.bodies));
 }

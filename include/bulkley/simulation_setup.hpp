@@ -20,6 +20,12 @@ OptionalFields optional_fields(const Scene& scene);
 /// outlive it.
 ParticleCounter shared_counter(const Comm& comm);
 
+/// Names of the scene's materials, in its order. Not collective.
+std::vector<std::string> material_names(const Scene& scene);
+
+/// Throws UsageError unless `found`, the materials of the checkpoint `file`, are those of the scene. Not collective.
+void expect_materials(const std::string& file, const std::vector<std::string>& found, const Scene& scene);
+
 /// What the tiles hold at the scene's start, on the root, empty elsewhere; each rank counts a share of the tiles.
 /// Collective.
 TileCensus seeded_census(const Comm& comm, const Scene& scene);
