@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "bulkley/base/tile.hpp"
-#include "bulkley/particle/shape.hpp"
+#include "bulkley/particle/motion.hpp"
 
 namespace bulkley {
 
@@ -28,12 +28,13 @@ struct Face {
 /// Faces in the order x lower, x upper, y lower, y upper, z lower, z upper.
 using Faces = std::array<Face, 6>;
 
-/// A fixed obstacle, an entry of [[colliders]].
+/// A rigid obstacle, an entry of [[colliders]].
 struct Collider {
   std::string name;
   Shape shape;
   Contact contact = Contact::sticky;
   double friction = 0.0;  ///< Coulomb coefficient, separating only
+  Motion motion;          ///< prescribed; none by default
 };
 
 /// One constraint on one node. Constraints on a node are applied in the order of the list.
