@@ -105,7 +105,7 @@ const config::Keys<Scene>& scene_keys() {
           .key("transfer", &Scene::transfer, {.about = "Particle-grid transfer."})
           .key("materials", &Scene::materials, {.about = "Materials by name.", .required = true})
           .key("bodies", &Scene::bodies, {.about = "What there is at the start.", .required = true})
-          .key("colliders", &Scene::colliders, {.about = "Fixed obstacles.", .default_text = "none"})
+          .key("colliders", &Scene::colliders, {.about = "Rigid obstacles, fixed or moving.", .default_text = "none"})
           .key("boundaries", &Scene::faces, {.about = "The faces of the domain."})
           .key("output", &Scene::output, {.about = "What is written to look at."})
           .key("checkpoint", &Scene::checkpoint, {.about = "What is written to restart from."})
