@@ -83,6 +83,8 @@ void join_tables(const Value& root, Scene& scene, Faults& faults) {
   assign_materials(root, scene, faults);
   choose_frame_fields(root, scene, faults);
   for (const Value& body : root.find("bodies")->items) scene.body_places.push_back(body.place.text());
+  if (const Value* colliders = root.find("colliders"))
+    for (const Value& collider : colliders->items) scene.collider_places.push_back(collider.place.text());
 }
 
 const config::Keys<Scene>& scene_keys() {

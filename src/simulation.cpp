@@ -30,6 +30,7 @@ class Simulation {
       : comm_(comm), scene_(scene), options_(options) {
     clock_.start = last_progress_ = last_checkpoint_time_ = MPI_Wtime();
     check_grid_output(scene_, comm_.size());
+    check_colliders(scene_);
     prepare_folder();
     for (const NamedMaterial& material : scene_.materials)
       if (!material.caveat.empty()) warn(fmt::format("material '{}': {}", material.name, material.caveat));
