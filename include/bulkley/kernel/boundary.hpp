@@ -34,7 +34,7 @@ struct Collider {
   Shape shape;
   Contact contact = Contact::sticky;
   double friction = 0.0;  ///< Coulomb coefficient, separating only
-  RigidMotion motion;          ///< prescribed; none by default
+  RigidMotion motion;     ///< prescribed; none by default
 };
 
 /// One constraint on one node. Constraints on a node are applied in the order of the list.
