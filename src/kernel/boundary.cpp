@@ -64,6 +64,14 @@ double reach(const GridGeometry& grid, Contact contact) {
 
 }  // namespace
 
+void settle_center(Collider& collider) {
+  const Bounds b = bounds(collider.shape);
+  if (collider.center)
+    collider.motion.center = *collider.center;
+  else if (b.lower.allFinite() && b.upper.allFinite())
+    collider.motion.center = b.center();
+}
+
 std::vector<NodeConstraint> node_constraints(const GridGeometry& grid, const Faces& faces,
                                              const std::vector<Collider>& colliders, const std::vector<Int3>& nodes) {
   check_faces(grid, faces);
