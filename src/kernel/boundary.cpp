@@ -64,6 +64,18 @@ double reach(const GridGeometry& grid, Contact contact) {
 
 }  // namespace
 
+const char* name(Contact contact) {
+  switch (contact) {
+    case Contact::sticky:
+      return "sticky";
+    case Contact::slip:
+      return "slip";
+    case Contact::separating:
+      return "separating";
+  }
+  return "unknown";
+}
+
 void settle_center(Collider& collider) {
   const Bounds b = bounds(collider.shape);
   if (collider.center)

@@ -17,6 +17,8 @@ enum class Contact {
   separating,  ///< no normal velocity into the wall; Coulomb friction while pressed against it
 };
 
+const char* name(Contact contact);
+
 enum class FaceKind { sticky, slip, separating, periodic, outflow, open };
 
 /// One face of the domain, an entry of [boundaries].
