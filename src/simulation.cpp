@@ -37,6 +37,7 @@ class Simulation {
     clock_.first_step = state_.step;
     balancer_ = std::make_unique<Balancer>(comm_, scene_.partition, state_.cost, state_.step);
     history_ = std::make_unique<History>(comm_, options_.folder, history_columns(), restart_step);
+    prepare_colliders();
     frames_ = std::make_unique<FrameSeries>(comm_, options_.folder, restart_step);
     for (const std::string& warning : frames_->warnings()) warn(warning);
   }
@@ -49,6 +50,7 @@ class Simulation {
   void prepare_folder();
   GlobalIndex start();
   GlobalIndex restore();
+  void prepare_colliders();
   void write_start();
   bool at_end() const;
   Request request();
@@ -79,6 +81,7 @@ class Simulation {
   std::unique_ptr<Balancer> balancer_;
   std::unique_ptr<History> history_;
   std::unique_ptr<FrameSeries> frames_;
+  ColliderSurfaces colliders_;  // none in runs without frames
   SimulationState state_;
   RunClock clock_;
   StepReport report_;
@@ -156,6 +159,12 @@ GlobalIndex Simulation::restore() {
   remove_checkpoints_after(comm_, options_.folder, state_.step);
   say(fmt::format("continuing from {} at step {}, t = {:g} s", file, state_.step, state_.time));
   return state_.step;
+}
+
+void Simulation::prepare_colliders() {
+  const Bounds domain{scene_.grid.lower, scene_.grid.upper()};
+  if (scene_.output.frame_interval > 0.0) colliders_ = ColliderSurfaces(scene_.colliders, domain);
+  colliders_.write(comm_, options_.folder);
 }
 
 bool Simulation::at_end() const {
@@ -237,10 +246,12 @@ void Simulation::write_frame_now(const TileValues* tiles) {
                           grid.first(),
                           grid.count(),
                           {reinterpret_cast<const Node*>(data), static_cast<std::size_t>(grid.n_owned())}};
-    write_frame(comm_, options_.folder, info, solver_->particles(), scene_.materials, scene_.output, &nodes, tiles);
+    write_frame(comm_, options_.folder, info, solver_->particles(), scene_.materials, scene_.output, &nodes, tiles,
+                &colliders_);
     BULKLEY_PETSC(VecRestoreArrayRead(values.get(), &data));
   } else {
-    write_frame(comm_, options_.folder, info, solver_->particles(), scene_.materials, scene_.output, nullptr, tiles);
+    write_frame(comm_, options_.folder, info, solver_->particles(), scene_.materials, scene_.output, nullptr, tiles,
+                &colliders_);
   }
 }
 

@@ -45,9 +45,7 @@ TriangleMesh revolve(const Vec3& origin, const Vec3& axis, const std::vector<Pro
   const Vec3 side = axis.unitOrthogonal(), other = axis.cross(side);
   TriangleMesh mesh;
   const auto ring = [&](std::size_t row, int segment) {
-    return row == 0                    ? 0
-           : row + 1 == profile.size() ? 1
-                                       : 2 + static_cast<int>(row - 1) * n_segments + segment % n_segments;
+    return row == 0 ? 0 : row + 1 == profile.size() ? 1 : 2 + static_cast<int>(row - 1) * n_segments + segment % n_segments;
   };
   for (const ProfilePoint& pole : {profile.front(), profile.back()}) mesh.vertices.push_back(origin + pole.height * axis);
   for (std::size_t row = 1; row + 1 < profile.size(); ++row)
