@@ -14,7 +14,7 @@ namespace bulkley {
 namespace {
 
 constexpr int n_segments = 48;        // to a full turn
-constexpr double lattice_cells = 96;  // along the longest side of a traced shape
+constexpr double lattice_cells = 64;  // along the longest side of a traced shape
 
 void append(TriangleMesh& mesh, const TriangleMesh& part) {
   const int first = static_cast<int>(mesh.vertices.size());
@@ -85,7 +85,7 @@ TriangleMesh traced(const Shape& shape, const Bounds& reach) {
       isosurface([&](const Vec3& x) { return signed_distance(shape, x); }, reach.lower, reach.upper, spacing);
   for (Vec3& x : mesh.vertices) {
     const Vec3 to_face = (x - reach.lower).cwiseMin(reach.upper - x);
-    if (to_face.minCoeff() < 1e-6 * spacing) continue;
+    if (to_face.minCoeff() < 1e-2 * spacing) continue;
     for (int pass = 0; pass < 2; ++pass) {
       const double distance = signed_distance(shape, x);
       // Where the distance is a bound only, or at an edge, a normal may lead astray.
