@@ -13,8 +13,6 @@ missing. All looks: looks/default.toml; examples: docs/rendering.md.
 import argparse
 import os
 import pathlib
-import shutil
-import subprocess
 import sys
 import tempfile
 
@@ -22,11 +20,11 @@ sys.dont_write_bytecode = True  # the folder may be read-only
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
 from rendering import sequence  # noqa: E402
+from rendering.display import restart_under_xvfb  # noqa: E402
 from rendering.faults import fail  # noqa: E402
 from rendering.look import Look  # noqa: E402
 from rendering.run_data import Reader, Series  # noqa: E402
 
-UNDER_XVFB = "BULKLEY_RENDER_UNDER_XVFB"
 STRIP_FRAMES = 6
 # Options that stand for a key of the look.
 SHORTHANDS = {"field": "particles.field", "colormap": "particles.colormap", "zoom": "camera.zoom"}
@@ -63,7 +61,7 @@ def parse_arguments():
 def look_of(options):
     look = Look()
     if options.strip and not options.output:
-        look.values["picture.size"] = [640, 480]
+        look.values["picture.size"], look.values["picture.text_scale"] = [720, 480], 1.6
         look.values["picture.title"] = look.values["picture.legend"] = False
     if options.look:
         look.read(options.look)
@@ -128,36 +126,6 @@ def output_paths(options, series, chosen, scratch):
         return [output]
     output.mkdir(parents=True, exist_ok=True)
     return [output / series.files[number].with_suffix(".png").name for number in chosen]
-
-
-def restart_under_xvfb(size):
-    """Does nothing where there is a display; else does the work in another process that has one, and ends."""
-    if os.environ.get("DISPLAY"):
-        return
-    if UNDER_XVFB in os.environ:
-        fail("Xvfb gave no display")
-    for program in ("Xvfb", "pvpython"):
-        if not shutil.which(program):
-            fail(f"there is no display, and {program} is not installed (Debian: apt-get install xvfb paraview)")
-    # The server itself chooses a free display and tells its number once it is ready.
-    reading, writing = os.pipe()
-    screen = f"{max(size[0], 640)}x{max(size[1], 480)}x24"
-    server = subprocess.Popen(["Xvfb", "-displayfd", str(writing), "-screen", "0", screen, "-nolisten", "tcp", "-noreset"],
-                              pass_fds=[writing], stderr=subprocess.DEVNULL)
-    os.close(writing)
-    try:
-        with os.fdopen(reading) as channel:
-            number = channel.readline().strip()
-        if not number:
-            fail("Xvfb did not start")
-        environment = {**os.environ, UNDER_XVFB: "1", "DISPLAY": f":{number}"}
-        environment.pop("XAUTHORITY", None)
-        command = ["pvpython", os.path.abspath(__file__), *sys.argv[1:]]
-        status = subprocess.run(command, env=environment).returncode
-    finally:
-        server.terminate()
-        server.wait()
-    sys.exit(status)
 
 
 def render(options, look, series, chosen, paths):

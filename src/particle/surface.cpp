@@ -77,38 +77,77 @@ bool is_bounded(const Shape& shape) {
   return b.lower.allFinite() && b.upper.allFinite();
 }
 
-/// Traced where the box of `reach` meets it. Off the box's faces, vertices are moved onto the surface.
-TriangleMesh traced(const Shape& shape, const Bounds& reach) {
-  const Vec3 sides = reach.upper - reach.lower;
-  const double spacing = sides.maxCoeff() / lattice_cells;
-  TriangleMesh mesh =
-      isosurface([&](const Vec3& x) { return signed_distance(shape, x); }, reach.lower, reach.upper, spacing);
-  for (Vec3& x : mesh.vertices) {
-    const Vec3 to_face = (x - reach.lower).cwiseMin(reach.upper - x);
-    if (to_face.minCoeff() < 1e-2 * spacing) continue;
-    for (int pass = 0; pass < 2; ++pass) {
-      const double distance = signed_distance(shape, x);
-      // Where the distance is a bound only, or at an edge, a normal may lead astray.
-      if (std::abs(distance) < spacing) x -= distance * outward_normal(shape, x);
-    }
-  }
-  return mesh;
-}
-
-/// A little wider than the shape, so that the box's faces cut nothing off.
+/// A little wider, so that the faces of the box cut nothing off.
 Bounds padded(const Bounds& b) {
   const Vec3 margin = Vec3::Constant(2.0 / lattice_cells * (b.upper - b.lower).maxCoeff());
   return {b.lower - margin, b.upper + margin};
 }
 
+/// `shape` must lie within `extent`. Vertices are moved onto the surface.
+TriangleMesh traced(const Shape& shape, const Bounds& extent) {
+  const Bounds reach = padded(extent);
+  const double spacing = (reach.upper - reach.lower).maxCoeff() / lattice_cells;
+  TriangleMesh mesh =
+      isosurface([&](const Vec3& x) { return signed_distance(shape, x); }, reach.lower, reach.upper, spacing);
+  for (Vec3& x : mesh.vertices)
+    for (int pass = 0; pass < 2; ++pass) {
+      const double distance = signed_distance(shape, x);
+      // Where the distance is a bound only, or at an edge, a normal may lead astray.
+      if (std::abs(distance) < spacing) x -= distance * outward_normal(shape, x);
+    }
+  return mesh;
+}
+
+/// The part of a shape without bounds that lies in the window.
+TriangleMesh traced_in_window(const Shape& shape, const Bounds& window) {
+  const Shape outside{Complement{Union{{Shape{Box{window.lower, window.upper}}}}}};
+  return traced(Shape{Difference{{shape, outside}}}, window);
+}
+
+// --- half-spaces -------------------------------------------------------------------------------------------------------
+
+/// Where the polygon lies behind the plane; corners that are new are also added to `cut`.
+std::vector<Vec3> clipped(const std::vector<Vec3>& polygon, const Plane& plane, std::vector<Vec3>& cut) {
+  const Shape half_space{plane};
+  std::vector<Vec3> kept;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Vec3 &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
+    const double at_a = signed_distance(half_space, a), at_b = signed_distance(half_space, b);
+    if (at_a <= 0.0) kept.push_back(a);
+    if ((at_a <= 0.0) == (at_b <= 0.0)) continue;
+    kept.push_back(a + at_a / (at_a - at_b) * (b - a));
+    cut.push_back(kept.back());
+  }
+  return kept;
+}
+
+/// Puts the corners of a convex polygon in order around `normal`, counter-clockwise seen against it.
+void order_around(std::vector<Vec3>& corners, const Vec3& normal) {
+  Vec3 middle = Vec3::Zero();
+  for (const Vec3& x : corners) middle += x / static_cast<double>(corners.size());
+  const Vec3 side = normal.unitOrthogonal(), other = normal.cross(side);
+  const auto angle = [&](const Vec3& x) { return std::atan2((x - middle).dot(other), (x - middle).dot(side)); };
+  std::sort(corners.begin(), corners.end(), [&](const Vec3& a, const Vec3& b) { return angle(a) < angle(b); });
+}
+
+void append_fan(TriangleMesh& mesh, const std::vector<Vec3>& polygon) {
+  const int first = static_cast<int>(mesh.vertices.size());
+  mesh.vertices.insert(mesh.vertices.end(), polygon.begin(), polygon.end());
+  for (int i = 1; i + 1 < static_cast<int>(polygon.size()); ++i) mesh.triangles.push_back({first, first + i, first + i + 1});
+}
+
+// Corners of a box, counter-clockwise from outside; bit a of a corner: at the upper end of axis a.
+constexpr std::array<std::array<int, 4>, 6> box_faces{
+    {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}}};
+
+Vec3 corner_of(const Vec3& lower, const Vec3& upper, int corner) {
+  return {(corner & 1 ? upper : lower).x(), (corner & 2 ? upper : lower).y(), (corner & 4 ? upper : lower).z()};
+}
+
 TriangleMesh surface(const Box& box, const Bounds&) {
   TriangleMesh mesh;
-  for (int corner = 0; corner < 8; ++corner)
-    mesh.vertices.push_back({(corner & 1 ? box.upper : box.lower).x(), (corner & 2 ? box.upper : box.lower).y(),
-                             (corner & 4 ? box.upper : box.lower).z()});
-  constexpr std::array<std::array<int, 4>, 6> faces{
-      {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}}};
-  for (const auto& f : faces) {
+  for (int corner = 0; corner < 8; ++corner) mesh.vertices.push_back(corner_of(box.lower, box.upper, corner));
+  for (const auto& f : box_faces) {
     mesh.triangles.push_back({f[0], f[1], f[2]});
     mesh.triangles.push_back({f[0], f[2], f[3]});
   }
@@ -140,12 +179,27 @@ TriangleMesh surface(const Capsule& capsule, const Bounds&) {
   return revolve(capsule.start, length > 0.0 ? Vec3((capsule.end - capsule.start) / length) : Vec3::UnitZ(), profile);
 }
 
-TriangleMesh surface(const Plane& plane, const Bounds& window) { return traced(Shape{plane}, window); }
-TriangleMesh surface(const Complement& complement, const Bounds& window) { return traced(Shape{complement}, window); }
+TriangleMesh surface(const Plane& plane, const Bounds& window) {
+  TriangleMesh mesh;
+  std::vector<Vec3> cap;
+  for (const auto& face : box_faces) {
+    std::vector<Vec3> polygon;
+    for (const int corner : face) polygon.push_back(corner_of(window.lower, window.upper, corner));
+    append_fan(mesh, clipped(polygon, plane, cap));
+  }
+  order_around(cap, plane.normal.normalized());
+  append_fan(mesh, cap);
+  weld(mesh);
+  return mesh;
+}
+
+TriangleMesh surface(const Complement& complement, const Bounds& window) {
+  return traced_in_window(Shape{complement}, window);
+}
 
 TriangleMesh surface(const Difference& difference, const Bounds& window) {
   const Shape shape{difference};
-  return traced(shape, is_bounded(shape) ? padded(bounds(shape)) : window);
+  return is_bounded(shape) ? traced(shape, bounds(shape)) : traced_in_window(shape, window);
 }
 
 TriangleMesh surface(const Union& all, const Bounds& window) {
@@ -155,10 +209,13 @@ TriangleMesh surface(const Union& all, const Bounds& window) {
 }
 
 TriangleMesh surface(const Placed& placed, const Bounds& window) {
-  if (!is_bounded(*placed.part)) return traced(Shape{placed}, window);
   const Mat3 turn = Eigen::AngleAxisd(placed.angle, placed.axis.normalized()).toRotationMatrix();
+  const auto place = [&](const Vec3& x) { return Vec3(turn * (x - placed.origin) + placed.origin + placed.translation); };
+  if (const auto* plane = std::get_if<Plane>(&placed.part->kind))
+    return surface(Plane{place(plane->point), turn * plane->normal}, window);
+  if (!is_bounded(*placed.part)) return traced_in_window(Shape{placed}, window);
   TriangleMesh mesh = surface_of(*placed.part, window);
-  for (Vec3& x : mesh.vertices) x = turn * (x - placed.origin) + placed.origin + placed.translation;
+  for (Vec3& x : mesh.vertices) x = place(x);
   return mesh;
 }
 

@@ -9,6 +9,14 @@ from rendering.faults import fail
 
 DEFAULTS = pathlib.Path(__file__).resolve().parent.parent / "looks" / "default.toml"
 DIRECTIONS = {"corner": (0.55, -1.0, 0.38), "front": (0, -1, 0), "side": (1, 0, 0), "top": (0, 0, 1)}
+# ParaView's own sphere shader draws edges black, and many small black edges look like dirt.
+SPHERE_SHADER = """//VTK::Color::Impl
+float distance2 = dot(offsetVCVSOutput.xy, offsetVCVSOutput.xy);
+if (distance2 > 1.0) discard;
+float shade = 0.80 + 0.20 * sqrt(1.0 - distance2);
+ambientColor *= shade;
+diffuseColor *= shade;
+"""
 
 
 def is_number(value):
@@ -65,6 +73,7 @@ RULES = {
     "picture.text_color": (color, 'a colour "#rrggbb"'),
     "picture.title": (truth, "true or false"),
     "picture.time": (truth, "true or false"),
+    "picture.text_scale": (above_zero, "a number above 0"),
     "picture.legend": (truth, "true or false"),
     "particles.representation": (lambda v: v in ("spheres", "surface"), '"spheres" or "surface"'),
     "particles.field": (text, "the name of a field"),

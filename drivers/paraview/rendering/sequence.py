@@ -37,15 +37,26 @@ def write_strip(pictures, path):
     whole = Image.new("RGB", (columns * width, rows * height), images[0].getpixel((0, 0)))
     for n, image in enumerate(images):
         whole.paste(image, (n % columns * width, n // columns * height))
-    scale = min(1.0, 1800 / whole.width)
+    scale = min(1.0, 1600 / whole.width)
     while True:
         size = (max(16, round(whole.width * scale)), max(16, round(whole.height * scale)))
         small = whole.resize(size, Image.LANCZOS)
         for colors in (256, 128, 64):
-            small.quantize(colors, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.FLOYDSTEINBERG).save(path, optimize=True)
+            # Pillow only dithers towards a palette that is given.
+            palette = small.quantize(colors, method=Image.Quantize.MAXCOVERAGE, kmeans=2)
+            keep_color(palette, small.getpixel((0, 0)))
+            small.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG).save(path, optimize=True)
             if path.stat().st_size < LARGEST_STRIP or scale < 0.05:
                 return
         scale *= 0.88
+
+
+def keep_color(palette, color):
+    """Makes the nearest entry exact: a background that should be white would otherwise be nearly so."""
+    entries = palette.getpalette()
+    distances = [sum((entries[i + c] - color[c]) ** 2 for c in range(3)) for i in range(0, len(entries) - 2, 3)]
+    at = 3 * distances.index(min(distances))
+    palette.putpalette(entries[:at] + list(color) + entries[at + 3:])
 
 
 def check_animation(path):

@@ -71,8 +71,10 @@ class Light:
         toward = normals @ self.toward
         # Light that reaches a little around the edge, as in a bright room.
         direct = numpy.clip((toward + 0.4) / 1.4, 0.0, 1.0)
+        # What faces away is dark by its direction already; a shadow of its own would only show the pixels of the map.
+        in_shadow = (1.0 - self.visible(points, normals)) * numpy.clip((toward + 0.1) / 0.4, 0.0, 1.0)
         sky = 0.85 + 0.15 * normals[:, 2]
-        return self.ambient * sky + (1.0 - self.ambient) * 1.08 * direct * self.visible(points, normals)
+        return self.ambient * sky + (1.0 - self.ambient) * 1.08 * direct * (1.0 - in_shadow)
 
     def highlight(self, points, normals, camera):
         half = unit_rows(unit_rows(camera - points) + self.toward)

@@ -8,25 +8,17 @@ from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray,
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkPolyDataNormals
-from vtkmodules.vtkFiltersModeling import vtkAdaptiveSubdivisionFilter
 from vtkmodules.vtkFiltersSources import vtkPlaneSource
 
 from rendering.faults import fail, note
-from rendering.look import DIRECTIONS, rgb
+from rendering.look import DIRECTIONS, SPHERE_SHADER, rgb
 from rendering.run_data import color_range
 from rendering.shade import Light, bytes_of, unit
 from rendering.surface import Surface, particle_normals
 
 WIDTH_BESIDE_LEGEND = 0.82  # part of the picture
-# ParaView's own sphere shader draws edges black, and many small black edges look like dirt.
-SPHERE_SHADER = """//VTK::Color::Impl
-float distance2 = dot(offsetVCVSOutput.xy, offsetVCVSOutput.xy);
-if (distance2 > 1.0) discard;
-float shade = 0.80 + 0.20 * sqrt(1.0 - distance2);
-ambientColor *= shade;
-diffuseColor *= shade;
-"""
 FLOOR_POINTS = 560  # along the longer side
+MOST_TRIANGLES = 150_000  # of one collider, roughly
 FEATURE_ANGLE = 35.0  # degrees; sharper edges of colliders stay sharp
 
 
@@ -167,7 +159,7 @@ class Stage:
 
     def font_size(self, size):
         """`size` is for a picture 900 pixels high."""
-        return max(7, round(size * self.look["picture.size"][1] / 900))
+        return max(7, round(size * self.look["picture.text_scale"] * self.look["picture.size"][1] / 900))
 
     def add_text(self, text, position, size):
         source = self.simple.Text(Text=text)
@@ -369,20 +361,39 @@ def grid_lines(points, distance, half_width):
 
 
 def fine_mesh(vertices, triangles, edge):
+    """Points, triangles and normals of a collider, edges at most about `edge` long; sharp edges stay sharp."""
     used, corners = numpy.unique(triangles, return_inverse=True)
-    data = poly_data(vertices[used], numpy.zeros((len(used), 3), numpy.uint8), corners.reshape(-1, 3))
     normals = vtkPolyDataNormals()
+    normals.SetInputData(poly_data(vertices[used], numpy.zeros((len(used), 3), numpy.uint8), corners.reshape(-1, 3)))
     normals.SetFeatureAngle(FEATURE_ANGLE)
-    normals.SetInputData(data)
     normals.ConsistencyOff()
-    fine = vtkAdaptiveSubdivisionFilter()
-    fine.SetInputConnection(normals.GetOutputPort())
-    fine.SetMaximumEdgeLength(edge)
-    fine.SetMaximumTriangleArea(1e300)
-    fine.SetMaximumNumberOfTriangles(400_000)
-    fine.Update()
-    mesh = fine.GetOutput()
-    directions = vtk_to_numpy(mesh.GetPointData().GetNormals()).astype(float)
-    directions /= numpy.maximum(numpy.linalg.norm(directions, axis=1, keepdims=True), 1e-12)
-    return (vtk_to_numpy(mesh.GetPoints().GetData()), vtk_to_numpy(mesh.GetPolys().GetConnectivityArray()).reshape(-1, 3),
-            directions)
+    normals.Update()
+    mesh = normals.GetOutput()
+    table = vtk_to_numpy(mesh.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+    # Six numbers a corner: place and normal.
+    corners = numpy.concatenate([vtk_to_numpy(mesh.GetPoints().GetData()),
+                                 vtk_to_numpy(mesh.GetPointData().GetNormals())], axis=1)[table].astype(float)
+    corners = halved(corners, edge).reshape(-1, 6)
+    length = numpy.linalg.norm(corners[:, 3:], axis=1, keepdims=True)
+    return corners[:, :3], numpy.arange(len(corners)).reshape(-1, 3), corners[:, 3:] / numpy.maximum(length, 1e-12)
+
+
+def halved(corners, edge):
+    """Triangles with their longest edges halved until none is longer than `edge`, or there are many.
+
+    Neighbours halve a common edge alike, since only its length matters in the end: no cracks.
+    """
+    sides = corners[:, 1:, :3] - corners[:, :1, :3]
+    area = 0.5 * numpy.linalg.norm(numpy.cross(sides[:, 0], sides[:, 1]), axis=1).sum()
+    edge = max(edge, math.sqrt(area / MOST_TRIANGLES))
+    done = []
+    while len(corners):
+        lengths = numpy.linalg.norm(corners[:, [1, 2, 0], :3] - corners[:, :, :3], axis=2)
+        longest = lengths.argmax(axis=1)
+        fits = lengths.max(axis=1) <= edge
+        done.append(corners[fits])
+        order = (longest[~fits, None] + numpy.arange(3)) % 3
+        a, b, c = numpy.moveaxis(numpy.take_along_axis(corners[~fits], order[:, :, None], axis=1), 1, 0)
+        middle = 0.5 * (a + b)
+        corners = numpy.concatenate([numpy.stack([a, middle, c], axis=1), numpy.stack([middle, b, c], axis=1)])
+    return numpy.concatenate(done)

@@ -10,7 +10,7 @@ MOST_NODES = 40e6  # of a lattice: 160 MB for each field on it
 LEVELS = (0.3, 0.6)  # a contour outside of these would swallow gaps or lose what is there
 # What is thinner than the lattice (sheets, threads, drops) fills it nowhere and would be lost: its particles count for more,
 # until the contour lies around them with room to spare.
-SPARE, MOST_FACTOR = 1.5, 8.0
+SPARE, MOST_FACTOR = 2.0, 10.0
 CHUNK = 200_000  # particles summed at a time, so that their 27 weights each fit into the cache or nearly
 
 
