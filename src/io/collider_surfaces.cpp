@@ -100,7 +100,7 @@ void ColliderSurfaces::write(const Comm& comm, const std::string& folder) const 
 void ColliderSurfaces::add_to_frame(const Comm& comm, double time, FileContent& content) const {
   if (triangles_.empty()) return;
   std::vector<double> rotation, translation;
-  for (const Motion& motion : motions_) {
+  for (const RigidMotion& motion : motions_) {
     const Pose pose = motion.pose(time);
     for (int row = 0; row < 3; ++row) {
       for (int column = 0; column < 3; ++column) rotation.push_back(pose.rotation(row, column));

@@ -3,14 +3,18 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <numbers>
 
 namespace bulkley {
 
 namespace {
 
-/// A component of a key frame: 0 to 2 of the translation, 3 to 5 of the rotation.
-double component(const KeyFrame& key, int c) { return c < 3 ? key.translation[c] : key.rotation[c - 3]; }
+constexpr double radians_per_degree = std::numbers::pi / 180.0;
+
+/// A component of a key frame: 0 to 2 of the translation in m, 3 to 5 of the rotation in radians.
+double component(const KeyFrame& key, int c) {
+  return c < 3 ? key.translation[c] : radians_per_degree * key.rotation_degrees[c - 3];
+}
 
 /// Mean rate of change in the segment that begins at key frame k.
 double secant(const std::vector<KeyFrame>& keys, std::size_t k, int c) {
@@ -99,13 +103,13 @@ Vec3 angular_velocity_of(const Vec3& theta, const Vec3& rate) {
 
 Vec3 RigidVelocity::at(const Vec3& point) const { return velocity + angular_velocity.cross(point - center); }
 
-bool Motion::moves() const {
+bool RigidMotion::moves() const {
   for (const KeyFrame& key : key_frames)
-    if (!key.translation.isZero(0.0) || !key.rotation.isZero(0.0)) return true;
+    if (!key.translation.isZero(0.0) || !key.rotation_degrees.isZero(0.0)) return true;
   return key_frames.empty() && !(velocity.isZero(0.0) && angular_velocity.isZero(0.0));
 }
 
-Pose Motion::pose(double time) const {
+Pose RigidMotion::pose(double time) const {
   Vec3 shift = time * velocity, turn = time * angular_velocity;
   if (!key_frames.empty()) {
     const Place place = place_at(key_frames, time);
@@ -118,7 +122,7 @@ Pose Motion::pose(double time) const {
   return {rotation, center + shift - rotation * center};
 }
 
-RigidVelocity Motion::velocity_at(double time) const {
+RigidVelocity RigidMotion::velocity_at(double time) const {
   if (key_frames.empty()) return {velocity, angular_velocity, center + time * velocity};
   const Place place = place_at(key_frames, time);
   const auto& x = place.value;
@@ -127,7 +131,7 @@ RigidVelocity Motion::velocity_at(double time) const {
           center + Vec3(x[0], x[1], x[2])};
 }
 
-double Motion::speed_bound(double first, double last, double reach) const {
+double RigidMotion::speed_bound(double first, double last, double reach) const {
   if (key_frames.empty()) return velocity.norm() + (angular_velocity.isZero(0.0) ? 0.0 : angular_velocity.norm() * reach);
   double largest = 0.0;
   for (std::size_t k = 0; k + 1 < key_frames.size(); ++k) {

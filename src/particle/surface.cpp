@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "bulkley/particle/isosurface.hpp"
+#include "bulkley/particle/mesh_solid.hpp"
 
 namespace bulkley {
 
@@ -178,6 +179,8 @@ TriangleMesh surface(const Capsule& capsule, const Bounds&) {
   add_arc(profile, capsule.radius, length, 0.0, 90.0);
   return revolve(capsule.start, length > 0.0 ? Vec3((capsule.end - capsule.start) / length) : Vec3::UnitZ(), profile);
 }
+
+TriangleMesh surface(const Mesh& mesh, const Bounds&) { return mesh.solid ? mesh.solid->mesh() : TriangleMesh{}; }
 
 TriangleMesh surface(const Plane& plane, const Bounds& window) {
   TriangleMesh mesh;

@@ -37,7 +37,7 @@ class ColliderSurfaces {
   std::vector<Vec3> vertices_at(double time) const;
 
   std::vector<std::string> names_;
-  std::vector<Motion> motions_;
+  std::vector<RigidMotion> motions_;
   std::vector<Vec3> vertices_;       ///< m, where the scene file puts them
   std::vector<int> first_vertex_;    ///< of each collider, and one past the last
   std::vector<Int3> triangles_;      ///< indices of vertices

@@ -28,15 +28,15 @@ struct RigidVelocity {
 
 /// A place on the way of a body, relative to where the scene file puts it.
 struct KeyFrame {
-  double time = 0.0;                ///< s
-  Vec3 translation = Vec3::Zero();  ///< m, of the motion's centre
-  Vec3 rotation = Vec3::Zero();     ///< rad, along the axis, about the motion's centre; more than one turn counts
+  double time = 0.0;                     ///< s
+  Vec3 translation = Vec3::Zero();       ///< m, of the motion's centre
+  Vec3 rotation_degrees = Vec3::Zero();  ///< along the axis, about the motion's centre; more than one turn counts
 };
 
 /// Either steady velocities or, where there are any, key frames. Between key frames each component of translation and rotation
 /// vector follows a piecewise cubic with a continuous velocity that goes through all key frames and overshoots none (Fritsch &
 /// Carlson 1980, with the slopes of Fritsch & Butland 1984); before the first and after the last key frame the body rests.
-struct Motion {
+struct RigidMotion {
   Vec3 velocity = Vec3::Zero();          ///< m/s, of `center`
   Vec3 angular_velocity = Vec3::Zero();  ///< rad/s, about `center`, which moves along
   Vec3 center = Vec3::Zero();            ///< m, at time 0 or wherever the key frames' translation is zero
