@@ -38,6 +38,7 @@ class Simulation {
     clock_.first_step = state_.step;
     balancer_ = std::make_unique<Balancer>(comm_, scene_.partition, state_.cost, state_.step);
     history_ = std::make_unique<History>(comm_, options_.folder, history_columns(scene_.colliders), restart_step);
+    prepare_colliders();
     frames_ = std::make_unique<FrameSeries>(comm_, options_.folder, restart_step);
     for (const std::string& warning : frames_->warnings()) warn(warning);
   }
@@ -50,6 +51,7 @@ class Simulation {
   void prepare_folder();
   GlobalIndex start();
   GlobalIndex restore();
+  void prepare_colliders();
   void write_start();
   bool at_end() const;
   Request request();
@@ -80,6 +82,7 @@ class Simulation {
   std::unique_ptr<Balancer> balancer_;
   std::unique_ptr<History> history_;
   std::unique_ptr<FrameSeries> frames_;
+  ColliderSurfaces colliders_;  // none in runs without frames
   SimulationState state_;
   RunClock clock_;
   StepReport report_;
@@ -164,6 +167,12 @@ GlobalIndex Simulation::restore() {
   return state_.step;
 }
 
+void Simulation::prepare_colliders() {
+  const Bounds domain{scene_.grid.lower, scene_.grid.upper()};
+  if (scene_.output.frame_interval > 0.0) colliders_ = ColliderSurfaces(scene_.colliders, domain);
+  colliders_.write(comm_, options_.folder);
+}
+
 bool Simulation::at_end() const {
   return state_.time >= scene_.time.end_time || (options_.max_steps >= 0 && state_.step >= options_.max_steps);
 }
@@ -243,10 +252,12 @@ void Simulation::write_frame_now(const TileValues* tiles) {
                           grid.first(),
                           grid.count(),
                           {reinterpret_cast<const Node*>(data), static_cast<std::size_t>(grid.n_owned())}};
-    write_frame(comm_, options_.folder, info, solver_->particles(), scene_.materials, scene_.output, &nodes, tiles);
+    write_frame(comm_, options_.folder, info, solver_->particles(), scene_.materials, scene_.output, &nodes, tiles,
+                &colliders_);
     BULKLEY_PETSC(VecRestoreArrayRead(values.get(), &data));
   } else {
-    write_frame(comm_, options_.folder, info, solver_->particles(), scene_.materials, scene_.output, nullptr, tiles);
+    write_frame(comm_, options_.folder, info, solver_->particles(), scene_.materials, scene_.output, nullptr, tiles,
+                &colliders_);
   }
 }
 
