@@ -7,6 +7,7 @@ packages=(
   g++ cmake ninja-build pkg-config
   petsc-dev                                     # brings Open MPI and parallel HDF5
   libeigen3-dev libmetis-dev libfmt-dev libtomlplusplus-dev libcli11-dev libmuparser-dev zlib1g-dev
+  libassimp-dev                                 # reads triangle meshes
   libgtest-dev python3 python3-numpy python3-h5py  # tests
   python3-matplotlib                            # plots of the rheometer and of the verification page
   paraview python3-paraview xvfb                # pictures; Debian's ParaView renders only with an X server

@@ -9,6 +9,7 @@
 
 #include "bulkley/base/parallel.hpp"
 #include "bulkley/scene.hpp"
+#include "bulkley/simulation_meshes.hpp"
 
 namespace bulkley {
 
@@ -31,8 +32,8 @@ struct SceneArguments {
   std::vector<std::string> overrides;
 
   void declare(CLI::App& app);
-  /// Reads the file on the root and parses it on every rank. Collective.
-  Scene load(const Comm& comm) const;
+  /// Reads the file and its meshes on the root, and parses it on every rank. Collective.
+  Scene load(const Comm& comm, MeshesOf meshes = MeshesOf::everything) const;
 };
 
 /// Whole text of a file, read on the root. Throws UsageError when it cannot be read. Collective.

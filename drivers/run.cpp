@@ -42,7 +42,8 @@ Command add_run(CLI::App& app) {
     if (options.restart && options.overwrite)
       throw UsageError("--restart continues a run and --overwrite deletes it: give one of them");
     if (!a->walltime.empty()) options.max_walltime = parse_duration(a->walltime);
-    const Scene scene = a->scene.load(comm);
+    // A restart seeds nothing: the files of its bodies may be gone.
+    const Scene scene = a->scene.load(comm, options.restart ? MeshesOf::colliders : MeshesOf::everything);
     const RunOutcome outcome = run_simulation(comm, scene, options);
     return outcome == RunOutcome::finished ? ExitCode::finished : ExitCode::stopped;
   };

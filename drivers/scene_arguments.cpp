@@ -17,9 +17,11 @@ void SceneArguments::declare(CLI::App& app) {
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
 }
 
-Scene SceneArguments::load(const Comm& comm) const {
+Scene SceneArguments::load(const Comm& comm, MeshesOf meshes) const {
   const std::string text = read_on_root(comm, file);
-  return parse_scene(text, file, overrides);  // the same on every rank, errors too
+  Scene scene = parse_scene(text, file, overrides);  // the same on every rank, errors too
+  load_meshes(comm, scene, meshes);
+  return scene;
 }
 
 std::string read_on_root(const Comm& comm, const std::string& path) {

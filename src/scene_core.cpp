@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <set>
 
 #include "bulkley/base/error.hpp"
@@ -15,6 +16,8 @@
 #include "bulkley/kernel/transfer_keys.hpp"
 #include "bulkley/material/material_keys.hpp"
 #include "bulkley/particle/body_keys.hpp"
+#include "bulkley/particle/builtin_mesh.hpp"
+#include "bulkley/particle/mesh_shape.hpp"
 #include "bulkley/solver/time_step_keys.hpp"
 
 namespace bulkley {
@@ -114,6 +117,19 @@ const config::Keys<Scene>& scene_keys() {
   return table;
 }
 
+/// Files of meshes by absolute paths, so that the effective text finds them from any folder.
+void resolve_mesh_files(const std::string& scene_file, Scene& scene) {
+  const auto resolved = [&](const Mesh& mesh) {
+    Mesh result = mesh;
+    const std::filesystem::path folder = std::filesystem::path(scene_file).parent_path();
+    if (!mesh.file.starts_with(builtin_prefix))
+      result.file = std::filesystem::absolute(folder / mesh.file).lexically_normal().string();
+    return result;
+  };
+  for (Body& body : scene.bodies) body.shape = with_meshes(body.shape, resolved);
+  for (Collider& collider : scene.colliders) collider.shape = with_meshes(collider.shape, resolved);
+}
+
 }  // namespace
 
 Scene parse_scene(const std::string& text, const std::string& file_name, const std::vector<std::string>& overrides) {
@@ -123,6 +139,7 @@ Scene parse_scene(const std::string& text, const std::string& file_name, const s
   Scene scene;
   scene_keys().read(root, scene, faults);
   faults.throw_if_any();
+  resolve_mesh_files(file_name, scene);
   scene.effective_text =
       "# The effective input of a run: every key, defaults included.\n" + config::print_toml(scene_keys().write(scene));
   return scene;

@@ -1,5 +1,6 @@
 #include "bulkley/particle/body_keys.hpp"
 
+#include "bulkley/particle/mesh_shape.hpp"
 #include "bulkley/particle/shape_keys.hpp"
 
 namespace bulkley {
@@ -31,6 +32,7 @@ const config::Keys<Body>& keys(config::Of<Body>) {
           .key("seed", &Body::seed, {.about = "Number that chooses the random shifts.", .range = config::at_least(0.0)})
           .only_with("lattice = \"jittered\"", [](const Body& body) { return body.lattice == SeedingLattice::jittered; })
           .check([](const config::Value& value, Body& body, config::Faults& faults) {
+            if (waits_for_mesh(body.shape)) return;  // judged once it is read
             const Bounds b = bounds(body.shape);
             if (!b.lower.allFinite() || !b.upper.allFinite())
               faults.add(value.find("shape")->place, "'" + value.path + ".shape' of body '" + body.name +

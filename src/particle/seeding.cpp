@@ -118,8 +118,8 @@ std::vector<BodyNear> bodies_near(const GridGeometry& grid, const std::vector<Bo
 /// Whether the point belongs to near[n]: inside it, and in no body before it.
 bool belongs(const std::vector<Body>& bodies, const std::vector<BodyNear>& near, std::size_t n, const Vec3& position) {
   for (std::size_t earlier = 0; earlier < n; ++earlier)
-    if (signed_distance(bodies[near[earlier].index].shape, position) <= 0.0) return false;
-  return near[n].everywhere || signed_distance(bodies[near[n].index].shape, position) <= 0.0;
+    if (contains(bodies[near[earlier].index].shape, position)) return false;
+  return near[n].everywhere || contains(bodies[near[n].index].shape, position);
 }
 
 /// Calls visit(position, place) for each lattice point of `body` in `cell`.
@@ -193,7 +193,7 @@ constexpr double difference_step = 0x1p-14;
 StartMotion::StartMotion(const GridGeometry& grid, const Body& body)
     : velocity_(body.velocity),
       angular_velocity_(body.angular_velocity),
-      center_(body.center),
+      center_(body.center ? *body.center : bounds(body.shape).center()),
       step_(difference_step * grid.cell_size) {
   if (body.velocity_field.given()) field_.emplace(body.velocity_field);
 }

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "bulkley/base/error.hpp"
+#include "bulkley/particle/mesh_solid.hpp"
 
 namespace bulkley {
 
@@ -157,6 +158,15 @@ Vec3 normal(const Plane& plane, const Vec3&) { return plane.normal.normalized();
 double distance(const Plane& plane, const Vec3& x) { return (x - plane.point).dot(normal(plane, x)); }
 Bounds extent(const Plane&) { return {Vec3::Constant(-infinity), Vec3::Constant(infinity)}; }
 
+// --- mesh ------------------------------------------------------------------------------------------------------------
+
+double distance(const Mesh& mesh, const Vec3& x) { return mesh.solid ? mesh.solid->signed_distance(x) : infinity; }
+Vec3 normal(const Mesh& mesh, const Vec3& x) { return mesh.solid ? mesh.solid->outward_normal(x) : Vec3::UnitZ(); }
+Bounds extent(const Mesh& mesh) {
+  if (!mesh.solid) return {Vec3::Constant(infinity), Vec3::Constant(-infinity)};
+  return {mesh.solid->facts().lower, mesh.solid->facts().upper};
+}
+
 // --- union -----------------------------------------------------------------------------------------------------------
 
 double distance(const Union& all, const Vec3& x) {
@@ -241,6 +251,26 @@ Bounds extent(const Placed& placed) {
   return {center - reach, center + reach};
 }
 
+// --- inside or not ---------------------------------------------------------------------------------------------------
+
+template <class Primitive>
+bool holds(const Primitive& shape, const Vec3& x) {
+  return distance(shape, x) <= 0.0;
+}
+bool holds(const Mesh& mesh, const Vec3& x) {
+  return mesh.solid && !mesh.sampled ? mesh.solid->contains(x) : distance(mesh, x) <= 0.0;
+}
+bool holds(const Union& all, const Vec3& x) {
+  return std::any_of(all.parts.begin(), all.parts.end(), [&](const Shape& part) { return contains(part, x); });
+}
+bool holds(const Difference& difference, const Vec3& x) {
+  if (!contains(difference.parts[0], x)) return false;
+  for (std::size_t n = 1; n < difference.parts.size(); ++n)
+    if (signed_distance(difference.parts[n], x) < 0.0) return false;  // the common surface belongs to what is left
+  return true;
+}
+bool holds(const Placed& placed, const Vec3& x) { return contains(*placed.part, before(placed, rotation(placed), x)); }
+
 // --- checks ----------------------------------------------------------------------------------------------------------
 
 bool is_positive(double length) { return length > 0.0 && std::isfinite(length); }
@@ -272,6 +302,7 @@ const char* fault(const Plane& plane) {
              ? nullptr
              : "a plane needs a finite point and a normal of length > 0";
 }
+const char* fault(const Mesh& mesh) { return mesh.solid ? nullptr : "its mesh has not been read"; }
 const char* fault(const Shape& shape);
 const char* fault(const Union& all) {
   if (all.parts.empty()) return "a union needs at least one part";
@@ -306,6 +337,7 @@ const char* kind_name(const Cylinder&) { return "cylinder"; }
 const char* kind_name(const Capsule&) { return "capsule"; }
 const char* kind_name(const Ellipsoid&) { return "ellipsoid"; }
 const char* kind_name(const Plane&) { return "plane"; }
+const char* kind_name(const Mesh&) { return "mesh"; }
 const char* kind_name(const Union&) { return "union"; }
 const char* kind_name(const Complement&) { return "complement"; }
 const char* kind_name(const Difference&) { return "difference"; }
@@ -315,6 +347,10 @@ const char* kind_name(const Placed&) { return "placed"; }
 
 double signed_distance(const Shape& shape, const Vec3& point) {
   return std::visit([&](const auto& kind) { return distance(kind, point); }, shape.kind);
+}
+
+bool contains(const Shape& shape, const Vec3& point) {
+  return std::visit([&](const auto& kind) { return holds(kind, point); }, shape.kind);
 }
 
 Vec3 outward_normal(const Shape& shape, const Vec3& point) {

@@ -43,6 +43,7 @@ const config::Choice<decltype(Shape::kind)>& shape_types() {
                                  .add<Capsule>("capsule")
                                  .add<Ellipsoid>("ellipsoid")
                                  .add<Plane>("plane")
+                                 .add<Mesh>("mesh")
                                  .add<Union>("union")
                                  .add<Difference>("difference")
                                  .add<Complement>("complement");
@@ -118,6 +119,36 @@ const Keys<Plane>& keys(config::Of<Plane>) {
           .check([](const Value& value, Plane& plane, Faults& faults) {
             if (!(plane.normal.norm() > 0.0))
               faults.add(value.find("normal")->place, "'" + value.path + ".normal' has no length; it must not be [0, 0, 0]");
+          });
+  return table;
+}
+
+config::Names<Axis> names(config::Of<Axis>) { return {{"x", Axis::x}, {"y", Axis::y}, {"z", Axis::z}}; }
+
+const Keys<Mesh>& keys(config::Of<Mesh>) {
+  static const auto table =
+      Keys<Mesh>("What a triangle mesh encloses, with or without holes (docs/meshes.md).")
+          .key("file", &Mesh::file,
+               {.about = "An OBJ, STL or PLY file, by a path that starts at the scene file's folder; or `builtin:hare` or "
+                         "`builtin:dragon`, figures that need no file.",
+                .required = true})
+          .key("up", &Mesh::up,
+               {.about =
+                    "The axis of the file that points up, along z: `y` turns the mesh by a quarter about x, `x` about y. "
+                    "This comes before all else."})
+          .key("scale", &Mesh::scale, {.about = "Length of the file's unit.", .unit = "m", .range = length})
+          .only_with("no `size`", [](const Mesh& mesh) { return !mesh.size; })
+          .key("size", &Mesh::size,
+               {.about = "Largest side of the mesh's bounds, instead of `scale`.",
+                .unit = "m",
+                .range = length,
+                .default_text = "by `scale`"})
+          .key("center", &Mesh::center,
+               {.about = "Where the centre of the mesh's bounds goes.", .unit = "m", .default_text = "as in the file"})
+          .check([](const Value& value, Mesh& mesh, Faults& faults) {
+            const Value& file = *value.find("file");
+            mesh.place = file.place.text();
+            if (mesh.file.empty()) faults.add(file.place, "'" + value.path + ".file' is empty; it must name a mesh");
           });
   return table;
 }

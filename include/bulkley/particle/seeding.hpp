@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "bulkley/config/formula.hpp"
 #include "bulkley/base/tile.hpp"
+#include "bulkley/config/formula.hpp"
 #include "bulkley/particle/census.hpp"
 #include "bulkley/particle/particle_set.hpp"
 #include "bulkley/particle/shape.hpp"
@@ -25,7 +25,7 @@ struct Body {
   double density = 0.0;                  ///< kg/m^3, from the material
   Vec3 velocity = Vec3::Zero();          ///< m/s
   Vec3 angular_velocity = Vec3::Zero();  ///< rad/s, about `center`
-  Vec3 center = Vec3::Zero();            ///< m, default: centre of the shape's bounds
+  std::optional<Vec3> center;            ///< m, default: centre of the shape's bounds
   VectorFormula velocity_field;          ///< m/s, of x, y, z; added to the two
   int particles_per_cell = 8;            ///< 1, 8, 27 or 64: a cubic lattice in each cell
   SeedingLattice lattice = SeedingLattice::regular;

@@ -2,11 +2,12 @@
 // Shapes by their signed distance: negative inside, positive outside.
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
 
-#include "bulkley/base/types.hpp"
+#include "bulkley/particle/triangle_mesh.hpp"
 
 namespace bulkley {
 
@@ -38,6 +39,22 @@ struct Plane {
   Vec3 normal;  ///< any length > 0, points out of the solid
 };
 
+class MeshSolid;
+class SampledDistance;
+enum class Axis { x, y, z };
+/// What a triangle mesh from a file encloses. Until it is filled (mesh_shape.hpp) it is an empty set.
+struct Mesh {
+  std::string file;            ///< a path, or "builtin:NAME" for a figure of builtin_mesh.hpp
+  Axis up = Axis::z;           ///< the axis of the file that becomes z: y by a quarter turn about x, x by one about y
+  double scale = 1.0;          ///< m per unit of the file
+  std::optional<double> size;  ///< m, largest side of the bounds; replaces `scale`
+  std::optional<Vec3> center;  ///< m, where the centre of the bounds goes; not moved without it
+  std::string place;           ///< "file:line:column" in the scene, for messages
+  WeldCount welded;            ///< what reading the file merged and dropped
+  std::shared_ptr<const MeshSolid> solid;
+  std::shared_ptr<const SampledDistance> sampled;  ///< replaces the distance to `solid` where there is one
+};
+
 struct Shape;
 
 /// Everything that is in one of the parts.
@@ -62,11 +79,11 @@ struct Placed {
 };
 
 struct Shape {
-  std::variant<Box, Sphere, Cylinder, Capsule, Ellipsoid, Plane, Union, Difference, Complement, Placed> kind;
+  std::variant<Box, Sphere, Cylinder, Capsule, Ellipsoid, Plane, Mesh, Union, Difference, Complement, Placed> kind;
 };
 
 struct Bounds {
-  Vec3 lower, upper;  ///< m; infinite for a plane or a complement
+  Vec3 lower, upper;  ///< m; infinite for a plane or a complement, lower > upper for nothing
   Vec3 center() const { return 0.5 * (lower + upper); }
 };
 
@@ -74,6 +91,8 @@ struct Bounds {
 /// bound of the depth, near a difference a lower bound on both sides, likewise outside a complement of several parts. Not
 /// collective, as all functions here.
 double signed_distance(const Shape& shape, const Vec3& point);
+/// Whether the point is inside: the sign of the distance, which may be cheaper to tell than the distance.
+bool contains(const Shape& shape, const Vec3& point);
 /// Outward unit normal at `point`: the gradient of the signed distance (any unit vector where it is not unique).
 Vec3 outward_normal(const Shape& shape, const Vec3& point);
 /// Smallest axis-aligned box that holds the shape (for placed parts and differences: one that holds it).

@@ -12,9 +12,12 @@ const config::Keys<Cylinder>& keys(config::Of<Cylinder>);
 const config::Keys<Capsule>& keys(config::Of<Capsule>);
 const config::Keys<Ellipsoid>& keys(config::Of<Ellipsoid>);
 const config::Keys<Plane>& keys(config::Of<Plane>);
+const config::Keys<Mesh>& keys(config::Of<Mesh>);
 const config::Keys<Union>& keys(config::Of<Union>);
 const config::Keys<Complement>& keys(config::Of<Complement>);
 const config::Keys<Difference>& keys(config::Of<Difference>);
+
+config::Names<Axis> names(config::Of<Axis>);
 
 /// The turn of a placed shape as scenes write it.
 struct RotationInput {

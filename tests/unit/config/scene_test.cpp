@@ -50,7 +50,7 @@ TEST(Scene, FillsBodies) {
   ASSERT_EQ(scene.bodies.size(), 2u);
   EXPECT_EQ(scene.bodies[0].material_index, 0);
   EXPECT_EQ(scene.bodies[0].density, 77.7);
-  EXPECT_TRUE(scene.bodies[0].center.isApprox(Vec3(0.5, 0.5, 0.25)));  // of the bounds
+  EXPECT_TRUE(scene.bodies[0].center.value().isApprox(Vec3(0.5, 0.5, 0.25)));  // of the bounds
   EXPECT_EQ(scene.bodies[0].particles_per_cell, 8);
   EXPECT_EQ(scene.bodies[1].material_index, 1);  // order of the file, not of the alphabet
   EXPECT_EQ(scene.bodies[1].density, 900.0);

@@ -264,7 +264,7 @@ TEST(Seeding, ParticlesCarryTheStateOfTheirBody) {
   const ParticleSet set = seeded(grid, {body});
   ASSERT_GT(set.size(), 100);
   for (LocalIndex p = 0; p < set.size(); ++p) {
-    const Vec3 arm = set.vector(Field::position, p) - body.center;
+    const Vec3 arm = set.vector(Field::position, p) - *body.center;
     const Vec3 spin = body.angular_velocity.cross(arm);
     EXPECT_LE((set.vector(Field::velocity, p) - body.velocity - spin).norm(), 1e-15);
     Mat3 C;
