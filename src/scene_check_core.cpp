@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "bulkley/base/error.hpp"
+#include "bulkley/particle/thickness.hpp"
 #include "bulkley/scene.hpp"
 
 namespace bulkley {
@@ -106,6 +107,28 @@ void check_bodies(const Scene& scene, const ParticleCounter& n_particles) {
                       "body win",
                       first.name, lost));
     }
+  if (!faults.empty()) throw UsageError(faults);
+}
+
+void check_colliders(const Scene& scene) {
+  const GridGeometry& grid = scene.grid;
+  // What the sampling of the surface resolves, so that an obstacle of just two cells passes.
+  const double needed = 2.0 * grid.cell_size, tolerance = 0.03 * needed;
+  std::string faults;
+  for (std::size_t c = 0; c < scene.colliders.size(); ++c) {
+    const Collider& collider = scene.colliders[c];
+    const Bounds whole = bounds(collider.shape);
+    const bool is_finite = whole.lower.allFinite() && whole.upper.allFinite();
+    const Bounds window = is_finite ? whole : Bounds{grid.lower, grid.upper()};
+    const double found = thickness(collider.shape, window, needed);
+    if (found >= needed - tolerance) continue;
+    const std::string place = c < scene.collider_places.size() ? scene.collider_places[c] + ": " : "";
+    faults += fmt::format(
+        "{}{}collider '{}' is {:.3g} m thick, {:.2g} cells: it must be at least 2 cells thick, or material on its one side "
+        "feels "
+        "that on the other; make it {:.3g} m thick or the cells at most {:.3g} m",
+        faults.empty() ? "" : "\n", place, collider.name, found, found / grid.cell_size, needed, 0.5 * found);
+  }
   if (!faults.empty()) throw UsageError(faults);
 }
 

@@ -86,6 +86,8 @@ void join_tables(const Value& root, Scene& scene, Faults& faults) {
   assign_materials(root, scene, faults);
   choose_frame_fields(root, scene, faults);
   for (const Value& body : root.find("bodies")->items) scene.body_places.push_back(body.place.text());
+  if (const Value* colliders = root.find("colliders"))
+    for (const Value& collider : colliders->items) scene.collider_places.push_back(collider.place.text());
 }
 
 const config::Keys<Scene>& scene_keys() {
@@ -108,7 +110,7 @@ const config::Keys<Scene>& scene_keys() {
           .key("transfer", &Scene::transfer, {.about = "Particle-grid transfer."})
           .key("materials", &Scene::materials, {.about = "Materials by name.", .required = true})
           .key("bodies", &Scene::bodies, {.about = "What there is at the start.", .required = true})
-          .key("colliders", &Scene::colliders, {.about = "Fixed obstacles.", .default_text = "none"})
+          .key("colliders", &Scene::colliders, {.about = "Rigid obstacles, fixed or moving.", .default_text = "none"})
           .key("boundaries", &Scene::faces, {.about = "The faces of the domain."})
           .key("output", &Scene::output, {.about = "What is written to look at."})
           .key("checkpoint", &Scene::checkpoint, {.about = "What is written to restart from."})

@@ -30,13 +30,15 @@ class Simulation {
       : comm_(comm), scene_(scene), options_(options) {
     clock_.start = last_progress_ = last_checkpoint_time_ = MPI_Wtime();
     check_grid_output(scene_, comm_.size());
+    check_colliders(scene_);
     prepare_folder();
     for (const NamedMaterial& material : scene_.materials)
       if (!material.caveat.empty()) warn(fmt::format("material '{}': {}", material.name, material.caveat));
     const GlobalIndex restart_step = options_.restart ? restore() : start();
     clock_.first_step = state_.step;
     balancer_ = std::make_unique<Balancer>(comm_, scene_.partition, state_.cost, state_.step);
-    history_ = std::make_unique<History>(comm_, options_.folder, history_columns(), restart_step);
+    history_ = std::make_unique<History>(comm_, options_.folder, history_columns(scene_.colliders), restart_step);
+    prepare_colliders();
     frames_ = std::make_unique<FrameSeries>(comm_, options_.folder, restart_step);
     for (const std::string& warning : frames_->warnings()) warn(warning);
   }
@@ -49,6 +51,7 @@ class Simulation {
   void prepare_folder();
   GlobalIndex start();
   GlobalIndex restore();
+  void prepare_colliders();
   void write_start();
   bool at_end() const;
   Request request();
@@ -79,6 +82,7 @@ class Simulation {
   std::unique_ptr<Balancer> balancer_;
   std::unique_ptr<History> history_;
   std::unique_ptr<FrameSeries> frames_;
+  ColliderSurfaces colliders_;  // none in runs without frames
   SimulationState state_;
   RunClock clock_;
   StepReport report_;
@@ -150,12 +154,23 @@ GlobalIndex Simulation::restore() {
   const TileCensus census = gather_census(comm_, take_census(scene_.grid, particles, n_materials));
   Partition partition = first_partition(comm_, scene_, census, state_.cost);
   solver_ = std::make_unique<Solver>(comm_, physics_of(scene_), std::move(partition), std::move(particles), state_.bounds);
+  ContactImpulses impulses = no_contact_impulses(solver_->physics());
+  if (state_.contact_impulses.size() == impulses.words().size()) {  // else the scene has other colliders now
+    impulses.set_words(state_.contact_impulses);
+    solver_->set_contact_impulses(impulses);
+  }
   last_checkpoint_ = file;
   checkpoint_step_ = state_.step;
   history_step_ = state_.step;
   remove_checkpoints_after(comm_, options_.folder, state_.step);
   say(fmt::format("continuing from {} at step {}, t = {:g} s", file, state_.step, state_.time));
   return state_.step;
+}
+
+void Simulation::prepare_colliders() {
+  const Bounds domain{scene_.grid.lower, scene_.grid.upper()};
+  if (scene_.output.frame_interval > 0.0) colliders_ = ColliderSurfaces(scene_.colliders, domain);
+  colliders_.write(comm_, options_.folder);
 }
 
 bool Simulation::at_end() const {
@@ -229,7 +244,7 @@ void Simulation::write_frame_if_due(bool landed) {
 void Simulation::write_frame_now(const TileValues* tiles) {
   const FrameInfo info{state_.next_frame, state_.step, state_.time, 0};
   if (scene_.output.grid) {
-    const VecHandle values = solver_->node_values();
+    const VecHandle values = solver_->node_values(state_.time);
     const PetscScalar* data = nullptr;
     BULKLEY_PETSC(VecGetArrayRead(values.get(), &data));
     const Grid& grid = solver_->grid();
@@ -237,10 +252,12 @@ void Simulation::write_frame_now(const TileValues* tiles) {
                           grid.first(),
                           grid.count(),
                           {reinterpret_cast<const Node*>(data), static_cast<std::size_t>(grid.n_owned())}};
-    write_frame(comm_, options_.folder, info, solver_->particles(), scene_.materials, scene_.output, &nodes, tiles);
+    write_frame(comm_, options_.folder, info, solver_->particles(), scene_.materials, scene_.output, &nodes, tiles,
+                &colliders_);
     BULKLEY_PETSC(VecRestoreArrayRead(values.get(), &data));
   } else {
-    write_frame(comm_, options_.folder, info, solver_->particles(), scene_.materials, scene_.output, nullptr, tiles);
+    write_frame(comm_, options_.folder, info, solver_->particles(), scene_.materials, scene_.output, nullptr, tiles,
+                &colliders_);
   }
 }
 
@@ -250,7 +267,10 @@ void Simulation::write_history(const StepReport* report) {
       diagnose(comm_, scene_.grid, scene_.transfer, scene_.gravity, scene_.materials, solver_->particles());
   const auto steps = static_cast<double>(std::max<GlobalIndex>(state_.step - history_step_, 1));
   const double seconds_per_step = (clock_.stepping - history_stepping_) / steps;
-  history_->write(comm_, history_row(state_, report, diagnostics, halo_traffic(), comm_.size(), seconds_per_step));
+  const ContactForces contact{solver_->contact_impulses(), state_.time - state_.history_time};
+  history_->write(comm_, history_row(state_, report, diagnostics, contact, halo_traffic(), comm_.size(), seconds_per_step));
+  solver_->set_contact_impulses(no_contact_impulses(solver_->physics()));
+  state_.history_time = state_.time;
   history_step_ = state_.step;
   history_stepping_ = clock_.stepping;
   clock_.output += MPI_Wtime() - before;
@@ -269,6 +289,7 @@ void Simulation::save_checkpoint() {
   header.time = state_.time;
   header.scene_text = scene_.effective_text;
   header.code_version = fmt::format("{} ({})", version, git_commit);
+  state_.contact_impulses = solver_->contact_impulses().words();
   save_state(state_, header.reals, header.integers);
   const std::vector<std::string> names = material_names(scene_);
   write_checkpoint(comm_, options_.folder, header, solver_->particles(), names, scene_.checkpoint.keep);

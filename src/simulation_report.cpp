@@ -9,7 +9,9 @@
 
 namespace bulkley {
 
-std::vector<std::string> history_columns() {
+namespace {
+
+std::vector<std::string> columns_of_particles() {
   return {"step",
           "time [s]",
           "dt [s]",
@@ -56,8 +58,23 @@ std::vector<std::string> history_columns() {
           "wall_time_per_step [s]"};
 }
 
+}  // namespace
+
+std::vector<std::string> history_columns(const std::vector<Collider>& colliders) {
+  std::vector<std::string> columns = columns_of_particles();
+  for (const Collider& collider : colliders) {
+    std::string name = collider.name;
+    std::replace_if(
+        name.begin(), name.end(), [](char c) { return c == ',' || c == '"' || c == '\n' || c == '\r'; }, '_');
+    for (const char* axis : {"x", "y", "z"}) columns.push_back(fmt::format("{}.force_{} [N]", name, axis));
+    for (const char* axis : {"x", "y", "z"}) columns.push_back(fmt::format("{}.torque_{} [N m]", name, axis));
+  }
+  return columns;
+}
+
 std::vector<HistoryValue> history_row(const SimulationState& state, const StepReport* report, const Diagnostics& d,
-                                      const HaloTraffic& halo, int n_ranks, double seconds_per_step) {
+                                      const ContactForces& contact, const HaloTraffic& halo, int n_ranks,
+                                      double seconds_per_step) {
   const StepBounds& b = state.bounds;
   std::vector<HistoryValue> row{state.step, state.time};
   row.emplace_back(report ? report->plan.dt : 0.0);
@@ -86,6 +103,11 @@ std::vector<HistoryValue> history_row(const SimulationState& state, const StepRe
   for (const GlobalIndex n : {state.n_repartitions, state.n_moved, state.n_migrated, halo.largest, halo.total / n_ranks})
     row.emplace_back(n);
   row.emplace_back(seconds_per_step);
+  const double per_second = contact.duration > 0.0 ? 1.0 / contact.duration : 0.0;
+  for (std::size_t c = 0; c < contact.impulses.n_colliders(); ++c) {
+    add(per_second * contact.impulses.impulse(c));
+    add(per_second * contact.impulses.angular_impulse(c));
+  }
   return row;
 }
 

@@ -13,7 +13,13 @@
 namespace bulkley {
 
 /// Column names of history.csv, with units.
-std::vector<std::string> history_columns();
+std::vector<std::string> history_columns(const std::vector<Collider>& colliders);
+
+/// What the material does to the colliders, on average since the row before.
+struct ContactForces {
+  ContactImpulses impulses;
+  double duration = 0.0;  ///< s, since the row before
+};
 
 /// What ranks send to each other in one step, bytes.
 struct HaloTraffic {
@@ -23,7 +29,8 @@ struct HaloTraffic {
 
 /// One row; `seconds_per_step`: wall time per step since the row before.
 std::vector<HistoryValue> history_row(const SimulationState& state, const StepReport* report, const Diagnostics& diagnostics,
-                                      const HaloTraffic& halo, int n_ranks, double seconds_per_step);
+                                      const ContactForces& contact, const HaloTraffic& halo, int n_ranks,
+                                      double seconds_per_step);
 
 /// Largest over mean number of particles per rank.
 double particle_imbalance(const StepBounds& bounds, int n_ranks);

@@ -52,6 +52,9 @@ void for_each_late_number(State& state, Visit visit) {
   visit("balance.n_migrated", state.n_migrated);
 }
 
+constexpr const char* history_time_name = "history.time";
+std::string contact_word_name(std::size_t word) { return fmt::format("contact.word_{}", word); }
+
 constexpr const char* node_cost_name = "cost.node";
 std::string particle_cost_name(std::size_t material) { return fmt::format("cost.particle_{}", material); }
 
@@ -73,6 +76,8 @@ void save_state(const SimulationState& state, Reals& reals, Integers& integers) 
   };
   for_each_number(state, save);
   for_each_late_number(state, save);
+  reals[history_time_name] = state.history_time;
+  for (std::size_t w = 0; w < state.contact_impulses.size(); ++w) integers[contact_word_name(w)] = state.contact_impulses[w];
   reals[node_cost_name] = state.cost.node;
   for (std::size_t m = 0; m < state.cost.particle.size(); ++m) reals[particle_cost_name(m)] = state.cost.particle[m];
 }
@@ -99,6 +104,11 @@ SimulationState load_state(GlobalIndex step, double time, const Reals& reals, co
   for_each_late_number(state, [&](const char* name, GlobalIndex& number) {
     if (const auto found = integers.find(name); found != integers.end()) number = found->second;
   });
+  const auto row_before = reals.find(history_time_name);
+  state.history_time = row_before != reals.end() ? row_before->second : time;
+  for (auto word = integers.find(contact_word_name(0)); word != integers.end();
+       word = integers.find(contact_word_name(state.contact_impulses.size())))
+    state.contact_impulses.push_back(word->second);
   state.cost = load_cost(reals);
   return state;
 }

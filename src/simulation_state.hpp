@@ -21,6 +21,8 @@ struct SimulationState {
   CostModel cost;                  ///< of steps, as measured so far; decides how work is shared out, nothing else
   TimeStepState controller;
   StepBounds bounds;
+  double history_time = 0.0;                  ///< s, of the last row of history.csv
+  std::vector<GlobalIndex> contact_impulses;  ///< ContactImpulses::words since then; at a checkpoint only
 };
 
 using Integers = std::map<std::string, GlobalIndex>;

@@ -30,7 +30,8 @@ struct Scene {
   OutputSettings output;
   CheckpointSettings checkpoint;
   PartitionSettings partition;
-  std::vector<std::string> body_places;  ///< "file:line:column" of each body, for messages; may be empty
+  std::vector<std::string> body_places;      ///< "file:line:column" of each body, for messages; may be empty
+  std::vector<std::string> collider_places;  ///< of each collider
   std::string effective_text;            ///< the effective input as TOML; parsing it gives this scene again
 };
 
@@ -50,6 +51,10 @@ GlobalIndex count_alone(const GridGeometry& grid, const std::vector<Body>& bodie
 /// overlapping no other unless the scene allows it (judged by the particles it would get, hence dearer than parsing).
 /// Throws UsageError with one sentence per fault and line. Collective if `count` is.
 void check_bodies(const Scene& scene, const ParticleCounter& count = count_alone);
+
+/// Colliders must be thicker than two cells: a thinner one does not keep the material on its two sides apart. Throws UsageError
+/// with one sentence per fault and line, each with the thickness that is needed. Not collective (alike on every rank).
+void check_colliders(const Scene& scene);
 
 /// The page docs/input.md: every key with type, unit, default, range and meaning, in Markdown. Not collective.
 std::string input_reference();

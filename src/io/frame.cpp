@@ -17,6 +17,7 @@ const std::string prefix = "frame_";
 constexpr const char* particle_series = "frames.xdmf";
 constexpr const char* grid_series = "grid.xdmf";
 constexpr const char* tile_series = "tiles.xdmf";
+constexpr const char* collider_series = "colliders.xdmf";
 
 std::string file_name(GlobalIndex index, const char* suffix) { return fmt::format("{}{:06}{}", prefix, index, suffix); }
 
@@ -66,7 +67,7 @@ std::string frame_path(const std::string& folder, GlobalIndex index) { return pa
 
 void write_frame(const Comm& comm, const std::string& folder, const FrameInfo& info, const ParticleSet& particles,
                  std::span<const NamedMaterial> materials, const OutputSettings& settings, const GridNodes* nodes,
-                 const TileValues* tiles) {
+                 const TileValues* tiles, const ColliderSurfaces* colliders) {
   const ParticleRange range = particle_range(comm, particles);
   double largest_volume = 0.0;
   for (LocalIndex p = 0; p < particles.size(); ++p)
@@ -85,6 +86,7 @@ void write_frame(const Comm& comm, const std::string& folder, const FrameInfo& i
     if (name != "position") content.arrays.push_back(frame_array(name, settings.precision, range, particles, comm.rank()));
   if (nodes) add_grid(content, *nodes, settings.precision);
   if (tiles) add_tiles(comm, content, *tiles);
+  if (colliders) colliders->add_to_frame(comm, info.time, content);
 
   const std::string file = frame_path(folder, info.index);
   write_array_file(comm, file, content);
@@ -138,10 +140,18 @@ void FrameSeries::include(const std::string& file) {
   std::erase_if(particles_, is_this);  // written again: the new one counts
   std::erase_if(grids_, is_this);
   std::erase_if(tiles_, is_this);
+  std::erase_if(colliders_, is_this);
   if (info.n_particles > 0) particles_.push_back(xdmf_particles(reader));
   if (reader.has("/grid")) grids_.push_back(xdmf_grid(reader));
   if (reader.has("/tiles")) tiles_.push_back(xdmf_tiles(reader));
   next_index_ = std::max(next_index_, info.index + 1);
+  const std::string mesh = path_in(folder_, collider_file);
+  if (!reader.has("/colliders") || !std::filesystem::exists(mesh)) return;
+  try {
+    colliders_.push_back(xdmf_colliders(reader, Hdf5Reader(mesh)));
+  } catch (const RunError& error) {
+    warnings_.push_back(fmt::format("colliders left out of the series: {}", error.what()));
+  }
 }
 
 void FrameSeries::write() const {
@@ -154,6 +164,7 @@ void FrameSeries::write() const {
   write_series(particle_series, particles_);
   write_series(grid_series, grids_);
   write_series(tile_series, tiles_);
+  write_series(collider_series, colliders_);
 }
 
 }  // namespace bulkley

@@ -89,6 +89,22 @@ std::string moment(const XdmfGrid& grid) {
                      grid.cell_size, grid.cell_size, grid.cell_size, attributes(grid.file, grid.fields, 3, grid.center));
 }
 
+std::string moment(const XdmfSurface& surface) {
+  return fmt::format(R"(      <Grid Name="colliders" GridType="Uniform">
+        <Time Value="{}"/>
+        <Topology TopologyType="Triangle" NumberOfElements="{}">
+          {}
+        </Topology>
+        <Geometry GeometryType="XYZ">
+          {}
+        </Geometry>
+{}      </Grid>
+)",
+                     surface.time, surface.triangles.shape[0], data_item(surface.mesh_file, surface.triangles),
+                     data_item(surface.vertex_file, surface.vertices),
+                     attributes(surface.mesh_file, surface.fields, 1, XdmfCenter::cell));
+}
+
 std::string document(const std::string& body) {
   return "<?xml version=\"1.0\" ?>\n<Xdmf Version=\"3.0\">\n  <Domain>\n" + body + "  </Domain>\n</Xdmf>\n";
 }
@@ -104,13 +120,17 @@ std::string series_document(const std::string& name, std::span<const Moment> ser
 
 std::string xdmf_series(std::span<const XdmfParticles> series) { return series_document("particles", series); }
 std::string xdmf_series(std::span<const XdmfGrid> series) { return series_document(series.front().name, series); }
+std::string xdmf_series(std::span<const XdmfSurface> series) { return series_document("colliders", series); }
+
+namespace {
+
+std::string name_of(const Hdf5Reader& file) { return std::filesystem::path(file.path()).filename().string(); }
+
+}  // namespace
 
 XdmfParticles xdmf_particles(const Hdf5Reader& file) {
-  XdmfParticles particles{std::filesystem::path(file.path()).filename().string(),
-                          file.real("/", "time"),
-                          file.array("/particles/position"),
-                          file.array("/particles/connectivity"),
-                          {}};
+  XdmfParticles particles{
+      name_of(file), file.real("/", "time"), file.array("/particles/position"), file.array("/particles/connectivity"), {}};
   for (const std::string& name : file.members("/particles"))
     if (name != "position" && name != "connectivity") particles.fields.push_back({name, file.array("/particles/" + name)});
   return particles;
@@ -123,7 +143,7 @@ XdmfGrid regular_mesh(const Hdf5Reader& file, const std::string& name, const cha
   const std::string group = "/" + name;
   XdmfGrid grid;
   grid.name = name;
-  grid.file = std::filesystem::path(file.path()).filename().string();
+  grid.file = name_of(file);
   grid.time = file.real("/", "time");
   grid.origin = file.reals(group, "origin");
   grid.cell_size = file.real(group, spacing);
@@ -144,6 +164,22 @@ XdmfGrid xdmf_tiles(const Hdf5Reader& file) {
   tiles.center = XdmfCenter::cell;
   for (GlobalIndex& n : tiles.n_nodes) ++n;
   return tiles;
+}
+
+XdmfSurface xdmf_colliders(const Hdf5Reader& frame, const Hdf5Reader& mesh) {
+  const bool moved = frame.has("/colliders/vertices");
+  XdmfSurface surface;
+  surface.file = name_of(frame);
+  surface.mesh_file = name_of(mesh);
+  surface.vertex_file = moved ? surface.file : surface.mesh_file;
+  surface.time = frame.real("/", "time");
+  surface.vertices = (moved ? frame : mesh).array("/colliders/vertices");
+  surface.triangles = mesh.array("/colliders/triangles");
+  surface.fields = {{"collider", mesh.array("/colliders/collider")}};
+  const bool same_colliders = frame.text("/colliders", "names") == mesh.text("/colliders", "names");
+  if (!same_colliders || surface.vertices.shape != mesh.array("/colliders/vertices").shape)
+    throw RunError(fmt::format("{}: has other colliders than {}", frame.path(), surface.mesh_file));
+  return surface;
 }
 
 }  // namespace bulkley

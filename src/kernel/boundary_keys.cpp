@@ -59,7 +59,7 @@ const config::Keys<Face>& keys(config::Of<Face>) {
           .key("type", &Face::kind, {.about = "What the face does.", .required = true})
           .key("friction", &Face::friction, friction_rule())
           .only_with("type = \"separating\"", [](const Face& face) { return face.kind == FaceKind::separating; })
-          .key("velocity", &Face::velocity, {.about = "Motion of the wall along itself.", .unit = "m/s"})
+          .key("velocity", &Face::velocity, {.about = "RigidMotion of the wall along itself.", .unit = "m/s"})
           .only_with("type = \"sticky\"", [](const Face& face) { return face.kind == FaceKind::sticky; });
   return table;
 }
@@ -80,17 +80,87 @@ const config::Keys<Faces>& keys(config::Of<Faces>) {
   return table;
 }
 
+const config::Keys<KeyFrame>& keys(config::Of<KeyFrame>) {
+  static const auto table =
+      config::Keys<KeyFrame>(
+          "Where an obstacle is at one time, relative to where its shape puts it. Between key frames it moves along smooth "
+          "curves "
+          "that go through all of them and never beyond; before the first and after the last it rests.")
+          .key("time", &KeyFrame::time, {.about = "When, later than the key frame before.", .unit = "s", .required = true})
+          .key("translation", &KeyFrame::translation, {.about = "Shift of `center`.", .unit = "m"})
+          .key(
+              "rotation", &KeyFrame::rotation_degrees,
+              {.about = "Turn about `center`: a vector along the axis, as long as the angle, by the right-hand rule; 720 is "
+                        "two turns.",
+               .unit = "degrees"});
+  return table;
+}
+
+namespace {
+
+/// Key frames stand alone and in order.
+void check_key_frames(const Value& table, const RigidMotion& motion, Faults& faults) {
+  const Value* list = table.find("key_frames");
+  if (!list) return;
+  for (const char* steady : {"velocity", "angular_velocity"})
+    if (const Value* given = table.find(steady))
+      faults.add(given->place,
+                 fmt::format("'{}' is given beside 'key_frames'; an obstacle has one or the other", given->path));
+  if (motion.key_frames.size() < 2)
+    faults.add(list->place, fmt::format("'{}' must hold at least two key frames", list->path));
+  for (std::size_t k = 1; k < motion.key_frames.size(); ++k)
+    if (!(motion.key_frames[k].time > motion.key_frames[k - 1].time))
+      faults.add(list->items[k].place,
+                 fmt::format("'{}.time' is {:g} and must be later than that of the key frame before, {:g}",
+                             list->items[k].path, motion.key_frames[k].time, motion.key_frames[k - 1].time));
+}
+
+bool turns(const RigidMotion& motion) {
+  for (const KeyFrame& key : motion.key_frames)
+    if (!key.rotation_degrees.isZero(0.0)) return true;
+  return !motion.angular_velocity.isZero(0.0);
+}
+
+/// The centre of the motion is that of the shape unless it is given.
+void choose_center(const Value& table, Collider& collider, Faults& faults) {
+  if (table.find("center")) return;
+  const Bounds b = bounds(collider.shape);
+  if (b.lower.allFinite() && b.upper.allFinite())
+    collider.motion.center = b.center();
+  else if (turns(collider.motion))
+    faults.add(table.place,
+               fmt::format("collider '{}' turns and has no centre of its own; give it a 'center'", collider.name));
+}
+
+}  // namespace
+
 const config::Keys<Collider>& keys(config::Of<Collider>) {
   static const auto table =
-      config::Keys<Collider>("A fixed obstacle.")
+      config::Keys<Collider>(
+          "A rigid obstacle, fixed unless it has a velocity or key frames. history.csv holds the force on it "
+          "and the torque about `center`, on average since the row before.")
           .key("name", &Collider::name, {.about = "What messages call it; different for each collider.", .required = true})
-          .key("shape", &Collider::shape, {.about = "Where it is.", .required = true})
+          .key("shape", &Collider::shape, {.about = "Where it is at the start.", .required = true})
           .key("contact", &Collider::contact,
                {.about =
                     "sticky: material stops; slip: it moves along the surface; separating: it may also leave, and friction "
                     "holds what presses on it."})
           .key("friction", &Collider::friction, friction_rule())
-          .only_with("contact = \"separating\"", [](const Collider& c) { return c.contact == Contact::separating; });
+          .only_with("contact = \"separating\"", [](const Collider& c) { return c.contact == Contact::separating; })
+          .key("velocity", [](auto& c) -> auto& { return c.motion.velocity; },
+               {.about = "Steady velocity of `center`.", .unit = "m/s"})
+          .key("angular_velocity", [](auto& c) -> auto& { return c.motion.angular_velocity; },
+               {.about = "Steady spin about `center`.", .unit = "rad/s"})
+          .key("center", [](auto& c) -> auto& { return c.motion.center; },
+               {.about = "What it turns about, and what its torque refers to; moves along.",
+                .unit = "m",
+                .default_text = "centre of the shape's bounds"})
+          .key("key_frames", [](auto& c) -> auto& { return c.motion.key_frames; },
+               {.about = "Its way, instead of steady velocities.", .default_text = "none"})
+          .check([](const Value& value, Collider& collider, Faults& faults) {
+            check_key_frames(value, collider.motion, faults);
+            choose_center(value, collider, faults);
+          });
   return table;
 }
 

@@ -60,7 +60,7 @@ void unfold_images(std::span<const NodeImage> images, Node* nodes, Node* change)
     }
 }
 
-void apply_constraints(std::span<const NodeConstraint> constraints, Node* nodes, Node* change) {
+void apply_constraints(std::span<const NodeConstraint> constraints, Node* nodes, Node* change, ContactImpulses& impulses) {
   for (const NodeConstraint& constraint : constraints) {
     double* v = nodes[constraint.node].c;
     const Vec3 before(v[0], v[1], v[2]);
@@ -69,6 +69,8 @@ void apply_constraints(std::span<const NodeConstraint> constraints, Node* nodes,
       v[a] = after[a];
       if (change) change[constraint.node].c[a] += after[a] - before[a];
     }
+    if (constraint.collider >= 0 && v[3] > 0.0)
+      impulses.add(static_cast<std::size_t>(constraint.collider), v[3] * (before - after), constraint.arm);
   }
 }
 

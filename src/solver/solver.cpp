@@ -51,6 +51,8 @@ Solver::Solver(const Comm& comm, Physics physics, Partition partition, ParticleS
       partition_(std::move(partition)),
       particles_(std::move(particles)),
       reduce_(comm),
+      trial_impulses_(no_contact_impulses(physics_)),
+      contact_impulses_(trial_impulses_),
       material_seconds_(physics_.materials.size(), 0.0) {
   if (physics_.acceleration_field.given()) acceleration_.emplace(physics_.acceleration_field);
   StepBounds local;
@@ -66,9 +68,52 @@ Solver::Solver(const Comm& comm, Physics physics, Partition partition, ParticleS
 
 Solver::~Solver() = default;
 
+ContactImpulses no_contact_impulses(const Physics& physics) {
+  const GridGeometry& grid = physics.grid;
+  double density = 1e-300;  // a run without materials has nothing to sum
+  for (const NamedMaterial& named : physics.materials)
+    density = std::max(density, std::visit([](const auto& law) { return law.density(); }, named.material));
+  return {physics.colliders.size(), density * grid.cell_size * grid.cell_size * grid.cell_size,
+          (grid.upper() - grid.lower).maxCoeff()};
+}
+
+ContactImpulses Solver::contact_impulses() const {
+  // Halves of 32 bits, so that sums over ranks cannot overflow; then the carries.
+  constexpr std::int64_t low_half = 0xffffffff;
+  std::vector<std::int64_t> words = contact_impulses_.words();
+  std::vector<std::int64_t> halves;
+  for (std::size_t w = 0; w < words.size(); ++w) {
+    halves.push_back(words[w] & low_half);
+    // The topmost half carries the sign; the others are parts of a sum without one.
+    halves.push_back(w % 2 == 1 ? words[w] >> 32 : (words[w] >> 32) & low_half);
+  }
+  BULKLEY_MPI(
+      MPI_Allreduce(MPI_IN_PLACE, halves.data(), static_cast<int>(halves.size()), MPI_INT64_T, MPI_SUM, comm_.get()));
+  for (std::size_t h = 0; h < halves.size(); h += 4) {
+    for (std::size_t k = h; k < h + 3; ++k) {
+      halves[k + 1] += halves[k] >> 32;
+      halves[k] &= low_half;
+    }
+    words[h / 2] = static_cast<std::int64_t>(static_cast<std::uint64_t>(halves[h + 1]) << 32) | halves[h];
+    words[h / 2 + 1] = static_cast<std::int64_t>(static_cast<std::uint64_t>(halves[h + 3]) << 32) | halves[h + 2];
+  }
+  ContactImpulses total = contact_impulses_;
+  total.set_words(words);
+  return total;
+}
+
+void Solver::set_contact_impulses(const ContactImpulses& sums) {
+  contact_impulses_.clear();
+  if (comm_.is_root()) contact_impulses_.add(sums);
+}
+
 StepReport Solver::step(double remaining, int stop_request, TimeStepState& state, double time) {
   StepReport report;
   StepBounds local;
+  // A collider as fast as the material may move as far: until the end of the longest step that the material allows.
+  bounds_.collider_speed = 0.0;
+  const double longest = std::min(remaining, time_step_limit(physics_.time, physics_.grid.cell_size, bounds_).dt);
+  bounds_.collider_speed = collider_speed(physics_.grid, physics_.colliders, time, time + longest);
   for (;;) {
     report.plan = plan_step(physics_.time, physics_.grid.cell_size, bounds_, remaining, state);
     local = {};
@@ -77,6 +122,7 @@ StepReport Solver::step(double remaining, int stop_request, TimeStepState& state
     reject_step(physics_.time, report.plan, state);
     ++report.n_rejected;
   }
+  contact_impulses_.add(trial_impulses_);
   local.stop_request = stop_request;
   transfer_to_particles(report.plan.dt, local);
   settle(local);
@@ -108,7 +154,9 @@ void Solver::transfer_to_grid(double dt, double time, StepBounds& faults) {
     if (acceleration_ && dt > 0.0) accelerate(update, time, owned, impulse, faults);
     fold_images(update, images_, owned, impulse);
     grid_update(update, exchange_->active_nodes(), owned, impulse);
-    apply_constraints(constraints_, owned, impulse);
+    trial_impulses_.clear();
+    apply_constraints(constraints_, owned, impulse, trial_impulses_);
+    if (moving_constraints_) apply_constraints(moving_constraints_->at(time, dt), owned, impulse, trial_impulses_);
     unfold_images(images_, owned, impulse);
   }
   {
@@ -284,6 +332,10 @@ void Solver::rebuild() {
   const auto active = exchange_->active_nodes();
   std::vector<Int3> nodes = exchange_->active_positions();
   constraints_ = node_constraints(geometry, physics_.faces, physics_.colliders, nodes);
+  const auto moves = [](const Collider& collider) { return collider.motion.moves(); };
+  if (std::any_of(physics_.colliders.begin(), physics_.colliders.end(), moves))
+    moving_constraints_.emplace(geometry, physics_.colliders, nodes, std::vector(active.begin(), active.end()),
+                                constraints_);
   for (NodeConstraint& constraint : constraints_) constraint.node = active[static_cast<std::size_t>(constraint.node)];
   images_ = node_images(geometry, physics_.faces, nodes);
   for (NodeImage& image : images_) {
@@ -332,11 +384,11 @@ void Solver::measure_start() {
   bounds_ = reduce_(local);
 }
 
-VecHandle Solver::node_values() {
+VecHandle Solver::node_values(double time) {
   BULKLEY_ASSERT(partition_.boxes);
   if (!grid_) grid_.emplace(comm_, physics_.grid, *partition_.boxes);
   StepBounds none;
-  transfer_to_grid(0.0, 0.0, none);
+  transfer_to_grid(0.0, time, none);
   VecHandle copy = grid_->create_vector();
   const NodeAccess to(copy);
   exchange_->store(comm_, owned_.data(), *grid_, to.get());
@@ -357,6 +409,7 @@ std::size_t Solver::memory() const {
   total += (pool_.capacity() + impulse_.capacity() + owned_.capacity() + owned_impulse_.capacity()) * sizeof(Node);
   total += (map_.cell.capacity() + map_.count.capacity()) * sizeof(LocalIndex);
   total += images_.capacity() * sizeof(NodeImage);
+  if (moving_constraints_) total += moving_constraints_->memory();
   total += constraints_.capacity() * sizeof(NodeConstraint) + partition_.worker.capacity() * sizeof(std::int32_t);
   return total;
 }

@@ -31,6 +31,8 @@ const char* name(Limiter limiter) {
   switch (limiter) {
     case Limiter::speed:
       return "speed";
+    case Limiter::collider:
+      return "collider";
     case Limiter::elastic:
       return "elastic";
     case Limiter::viscous:
@@ -61,6 +63,7 @@ TimeStepLimit time_step_limit(const TimeStepSettings& settings, double cell_size
     include(settings.viscous_cfl * cell_size * cell_size / (6.0 * bounds.viscosity.value), Limiter::viscous,
             bounds.viscosity.id);
   if (bounds.speed.value > 0.0) include(settings.cfl * cell_size / bounds.speed.value, Limiter::speed, bounds.speed.id);
+  if (bounds.collider_speed > 0.0) include(settings.cfl * cell_size / bounds.collider_speed, Limiter::collider, -1);
   if (bounds.velocity_gradient.value > 0.0)
     include(prediction_margin * settings.deformation_limit / bounds.velocity_gradient.value, Limiter::deformation,
             bounds.velocity_gradient.id);
@@ -145,7 +148,7 @@ TimeStepPlan plan_step(const TimeStepSettings& settings, double cell_size, const
   }
 
   const double expected = plan.dt * bounds.velocity_gradient.value;
-  const double crossing = plan.dt * bounds.speed.value / cell_size;
+  const double crossing = plan.dt * std::max(bounds.speed.value, bounds.collider_speed) / cell_size;
   plan.checked = plan.trial || settings.deformation_check == DeformationCheck::always || state.n_steps == 0 ||
                  risk_factor * expected > settings.deformation_limit ||
                  contact_factor * crossing * crossing > settings.deformation_limit;

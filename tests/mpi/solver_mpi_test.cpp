@@ -432,7 +432,7 @@ TEST_F(SolverTest, NodeValuesChangeNothingAndHoldAllMass) {
     TimeStepState state;
     for (int step = 0; step < 3; ++step) solver->step(1.0, 0, state);
     const ParticleSet before = gathered(comm, solver->particles());
-    const VecHandle values = solver->node_values();
+    const VecHandle values = solver->node_values(0.0);
     EXPECT_TRUE(same_particles(before, gathered(comm, solver->particles())));
     PetscReal masses = 0.0;
     BULKLEY_PETSC(VecStrideNorm(values.get(), 3, NORM_1, &masses));

@@ -111,7 +111,8 @@ class SerialStep {
     const GridUpdate update{scene.gravity, dt, empty_mass * sums.mass};
     fold_images(update, images, nodes.data(), change);
     grid_update(update, active, nodes.data(), change);
-    apply_constraints(constraints, nodes.data(), change);
+    ContactImpulses impulses(scene.colliders.size(), 1.0, 1.0);
+    apply_constraints(constraints, nodes.data(), change, impulses);
     unfold_images(images, nodes.data(), change);
   }
 

@@ -1,8 +1,9 @@
 #pragma once
 // Visual output: what a run looks like at one time, for ParaView.
 //
-// frame_<index>.h5 holds /particles (position and the fields that the scene asks for) and, if asked for, /grid and /tiles;
-// the time series are frames.xdmf, grid.xdmf and tiles.xdmf. Frames are for looking at: float32 by default, and never read
+// frame_<index>.h5 holds /particles (position and the fields that the scene asks for), if asked for /grid and /tiles, and
+// /colliders where there are any (collider_surfaces.hpp); the time series are frames.xdmf, grid.xdmf, tiles.xdmf and
+// colliders.xdmf. Frames are for looking at: float32 by default, and never read
 // back by a run.
 
 #include <optional>
@@ -10,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "bulkley/io/collider_surfaces.hpp"
 #include "bulkley/io/settings.hpp"
 #include "bulkley/io/xdmf.hpp"
 #include "bulkley/kernel/pool.hpp"
@@ -49,15 +51,16 @@ struct FrameInfo {
 std::string frame_path(const std::string& folder, GlobalIndex index);
 
 /// Writes one frame and its sidecar (none for a frame without particles) as array_file.hpp describes. `info.n_particles` is
-/// set from `particles`. `nodes`, `tiles`: null for none. Throws RunError; UsageError for an unknown field name. Collective.
+/// set from `particles`. `nodes`, `tiles`, `colliders`: null for none. Throws RunError; UsageError for an unknown field name. Collective.
 void write_frame(const Comm& comm, const std::string& folder, const FrameInfo& info, const ParticleSet& particles,
                  std::span<const NamedMaterial> materials, const OutputSettings& settings, const GridNodes* nodes,
-                 const TileValues* tiles);
+                 const TileValues* tiles, const ColliderSurfaces* colliders = nullptr);
 
 /// Throws RunError. Collective.
 FrameInfo read_frame_info(const Comm& comm, const std::string& file);
 
-/// The time series of a run's frames. The root keeps the lists; their files are rewritten whole and renamed.
+/// The time series of a run's frames. The root keeps the lists; their files are rewritten whole and renamed. Colliders are
+/// listed if colliders.h5 is there.
 class FrameSeries {
  public:
   /// `restart_step`: frames up to this step stay in the series; later ones, which belong to the time that is now run again,
@@ -80,6 +83,7 @@ class FrameSeries {
   std::vector<XdmfParticles> particles_;
   std::vector<XdmfGrid> grids_;
   std::vector<XdmfGrid> tiles_;
+  std::vector<XdmfSurface> colliders_;
   GlobalIndex next_index_ = 0;
   std::vector<std::string> warnings_;
 };

@@ -40,15 +40,29 @@ struct XdmfGrid {
   std::vector<XdmfField> fields;
 };
 
+/// Triangles at one time. `triangles` and `fields`, of the triangles, may lie in another file than `vertices`.
+struct XdmfSurface {
+  std::string file;       ///< of the moment
+  std::string mesh_file;  ///< of `triangles` and `fields`
+  std::string vertex_file;
+  double time = 0.0;
+  ArrayInfo vertices;
+  ArrayInfo triangles;
+  std::vector<XdmfField> fields;
+};
+
 /// A series of moments, at least one, by ascending time. Also for a single moment: outside a series one of the readers drops
 /// its time. Grids bear one name.
 std::string xdmf_series(std::span<const XdmfParticles> series);
 std::string xdmf_series(std::span<const XdmfGrid> series);
+std::string xdmf_series(std::span<const XdmfSurface> series);
 
 /// Describes /particles of a file as it is on disk; `time` from its header. Throws RunError.
 XdmfParticles xdmf_particles(const Hdf5Reader& file);
 /// Describes /grid of a file, or /tiles as the cells of a mesh. Throws RunError.
 XdmfGrid xdmf_grid(const Hdf5Reader& file);
 XdmfGrid xdmf_tiles(const Hdf5Reader& file);
+/// Describes /colliders of a frame, whose triangles lie in `mesh`. Throws RunError, also if the two do not fit together.
+XdmfSurface xdmf_colliders(const Hdf5Reader& frame, const Hdf5Reader& mesh);
 
 }  // namespace bulkley

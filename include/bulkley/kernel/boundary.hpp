@@ -1,12 +1,12 @@
 #pragma once
-// Walls and static colliders: velocity constraints on grid nodes (docs/theory.md, "Boundaries").
+// Walls and rigid colliders: velocity constraints on grid nodes (docs/theory.md, "Boundaries").
 
 #include <array>
 #include <string>
 #include <vector>
 
 #include "bulkley/base/tile.hpp"
-#include "bulkley/particle/shape.hpp"
+#include "bulkley/particle/motion.hpp"
 
 namespace bulkley {
 
@@ -28,12 +28,13 @@ struct Face {
 /// Faces in the order x lower, x upper, y lower, y upper, z lower, z upper.
 using Faces = std::array<Face, 6>;
 
-/// A fixed obstacle, an entry of [[colliders]].
+/// A rigid obstacle, an entry of [[colliders]].
 struct Collider {
   std::string name;
   Shape shape;
   Contact contact = Contact::sticky;
   double friction = 0.0;  ///< Coulomb coefficient, separating only
+  RigidMotion motion;          ///< prescribed; none by default
 };
 
 /// One constraint on one node. Constraints on a node are applied in the order of the list.
@@ -42,7 +43,9 @@ struct NodeConstraint {
   Contact contact;
   double friction;
   Vec3 normal;                   ///< out of the wall, into the material; unit
-  Vec3 velocity = Vec3::Zero();  ///< of the wall, m/s
+  Vec3 velocity = Vec3::Zero();  ///< of the wall there, m/s
+  std::int32_t collider = -1;    ///< its number in the scene; -1: a face of the domain
+  Vec3 arm = Vec3::Zero();       ///< from the collider's centre to the node, m
 };
 
 /// A node one cell behind a sticky or slip face, and the node one cell in front of it. In the frame of the wall the velocity
@@ -54,10 +57,40 @@ struct NodeImage {
 };
 
 /// The constraints of all nodes with signed distance <= 0 to a wall or separating collider, or <= 3/4 of a cell to a sticky
-/// or slip collider. `nodes[n]`: grid indices of the caller's n-th node. Faces first, then colliders, in their order; a node
-/// under several constraints gets the list twice, so that corners are consistent. Not collective.
+/// or slip collider, by what does not move. `nodes[n]`: grid indices of the caller's n-th node. Faces first, then colliders, in
+/// their order; a node under several constraints gets the list twice, so that corners are consistent. Not collective.
 std::vector<NodeConstraint> node_constraints(const GridGeometry& grid, const Faces& faces,
                                              const std::vector<Collider>& colliders, const std::vector<Int3>& nodes);
+
+/// The constraints by what moves, found anew for each step.
+class MovingConstraints {
+ public:
+  /// `nodes` as for node_constraints, which gave `fixed`. `places[n]`: index of the n-th node in the array that the
+  /// constraints found will be applied to. Not collective.
+  MovingConstraints(const GridGeometry& grid, const std::vector<Collider>& colliders, std::vector<Int3> nodes,
+                    std::vector<LocalIndex> places, std::vector<NodeConstraint> fixed);
+
+  /// Those of the step from `time` to `time` + `dt`, to be applied after the fixed ones: colliders in their order where they
+  /// are at `time`, with the velocity of the middle of the step. A node under several constraints, fixed ones included, gets
+  /// all of them once more. Valid until the next call. Not collective.
+  const std::vector<NodeConstraint>& at(double time, double dt);
+
+  std::size_t memory() const;
+
+ private:
+  void add_collider(std::size_t number, double time, double dt);
+
+  GridGeometry grid_;
+  std::vector<Collider> colliders_;
+  std::vector<Int3> nodes_;
+  std::vector<LocalIndex> places_;
+  std::vector<NodeConstraint> fixed_;     ///< by node, each once
+  std::vector<NodeConstraint> touching_;  ///< of the present step, by collider and node
+  std::vector<NodeConstraint> result_;
+};
+
+/// Speed that no point of a collider exceeds inside the domain between two times, m/s. Not collective.
+double collider_speed(const GridGeometry& grid, const std::vector<Collider>& colliders, double first, double last);
 
 /// The nodes one cell behind the sticky and slip faces, axis after axis, as far as their images are among `nodes`: a
 /// particle that reaches the one reaches the other. Not collective.

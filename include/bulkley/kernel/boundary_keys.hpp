@@ -11,6 +11,7 @@ config::Names<FaceKind> names(config::Of<FaceKind>);
 const config::Keys<Face>& keys(config::Of<Face>);
 const config::Keys<Faces>& keys(config::Of<Faces>);
 const config::Keys<Collider>& keys(config::Of<Collider>);
+const config::Keys<KeyFrame>& keys(config::Of<KeyFrame>);
 
 namespace config {
 

@@ -4,6 +4,7 @@
 #include <span>
 
 #include "bulkley/kernel/boundary.hpp"
+#include "bulkley/kernel/contact_impulse.hpp"
 #include "bulkley/kernel/pool.hpp"
 
 namespace bulkley {
@@ -27,7 +28,8 @@ void fold_images(const GridUpdate& update, std::span<const NodeImage> images, No
 /// Not collective.
 void unfold_images(std::span<const NodeImage> images, Node* nodes, Node* change);
 
-/// Applies contact to node velocities (constraint.node indexes `nodes`), and to `change` where given. Not collective.
-void apply_constraints(std::span<const NodeConstraint> constraints, Node* nodes, Node* change);
+/// Applies contact to node velocities (constraint.node indexes `nodes`), and to `change` where given. Adds to `impulses` what
+/// the colliders receive: mass x (velocity before - after) of every node. Not collective.
+void apply_constraints(std::span<const NodeConstraint> constraints, Node* nodes, Node* change, ContactImpulses& impulses);
 
 }  // namespace bulkley

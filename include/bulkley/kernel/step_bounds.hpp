@@ -27,10 +27,11 @@ struct Extreme {
 /// order.
 struct StepBounds {
   // For the next time step
-  Extreme speed;              ///< max |v_p|, m/s
-  Extreme wave_speed;         ///< max elastic wave speed c, m/s
-  Extreme viscosity;          ///< max kinematic viscosity of a viscous stress, J eta / rho_0, m^2/s
-  Extreme velocity_gradient;  ///< max ||L_p||_F, 1/s
+  Extreme speed;                ///< max |v_p|, m/s
+  Extreme wave_speed;           ///< max elastic wave speed c, m/s
+  Extreme viscosity;            ///< max kinematic viscosity of a viscous stress, J eta / rho_0, m^2/s
+  Extreme velocity_gradient;    ///< max ||L_p||_F, 1/s
+  double collider_speed = 0.0;  ///< of moving colliders, m/s; known beforehand, so the solver sets it before each plan
   // For the order-free sums
   double mass = 0.0;           ///< max m_p, kg
   double momentum = 0.0;       ///< max m_p (|v_p| + |C_p| r), kg m/s, r = moment_sum_ratio dx

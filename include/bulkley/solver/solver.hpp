@@ -30,6 +30,9 @@ struct Physics {
   VectorFormula acceleration_field;  ///< m/s^2, of x, y, z, t
 };
 
+/// No sums yet, in the units of these physics.
+ContactImpulses no_contact_impulses(const Physics& physics);
+
 /// How a step went.
 struct StepReport {
   TimeStepPlan plan;   ///< the plan that was carried out
@@ -58,14 +61,20 @@ class Solver {
   GlobalIndex halo_bytes() const;
   GlobalIndex n_rebuilds() const { return n_rebuilds_; }
   /// {v, m} of the DMDA's nodes that the particles as they are give, boundaries applied; zero where no particle reaches.
-  /// Changes no particle. Precondition: the partition has boxes. Throws UsageError where PETSc cannot number the nodes.
-  /// Collective.
-  VecHandle node_values();
+  /// `time`: where moving colliders stand, s. Changes no particle. Precondition: the partition has boxes. Throws UsageError where
+  /// PETSc cannot number the nodes. Collective.
+  VecHandle node_values(double time);
 
   /// Advances by one time step of at most `remaining` seconds. `stop_request` rides on the all-reduce and comes back merged
-  /// in bounds.stop_request. `time`: at the start of the step, s, for the acceleration field. Throws RunError, alike on
-  /// every rank, when particles fail. Collective.
+  /// in bounds.stop_request. `time`: at the start of the step, s, for the acceleration field and moving colliders. Throws
+  /// RunError, alike on every rank, when particles fail. Collective.
   StepReport step(double remaining, int stop_request, TimeStepState& state, double time = 0.0);
+
+  /// What the material has given to the colliders since the start or the last set_contact_impulses, over all ranks; the same
+  /// bits on any number of ranks. Collective.
+  ContactImpulses contact_impulses() const;
+  /// Goes on from such sums: those of a checkpoint, or none. Not collective (alike on every rank).
+  void set_contact_impulses(const ContactImpulses& sums);
 
   /// What each tile holds of this rank's particles. Not collective.
   TileCensus census() const { return take_census(physics_.grid, particles_, static_cast<int>(physics_.materials.size())); }
@@ -107,6 +116,9 @@ class Solver {
   std::unique_ptr<Exchange> exchange_;
   NodeVector pool_, impulse_;
   std::vector<NodeConstraint> constraints_;
+  std::optional<MovingConstraints> moving_constraints_;  ///< only where a collider moves
+  ContactImpulses trial_impulses_;                       ///< of the step being tried
+  ContactImpulses contact_impulses_;                     ///< of the steps taken
   std::vector<NodeImage> images_;
   std::vector<Int3> active_positions_;  ///< of Exchange's active nodes; only where there is an acceleration field
   std::optional<VectorField> acceleration_;

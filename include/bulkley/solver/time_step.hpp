@@ -30,7 +30,7 @@ struct TimeStepSettings {
 };
 
 /// What set the time step.
-enum class Limiter : int { speed, elastic, viscous, deformation, previous, largest, fixed, output };
+enum class Limiter : int { speed, collider, elastic, viscous, deformation, previous, largest, fixed, output };
 const char* name(Limiter limiter);
 
 /// The controller's memory; part of every checkpoint.
@@ -64,7 +64,7 @@ struct TimeStepPlan {
   bool full;       ///< not clipped
 };
 
-/// (T26): min(beta dx / v_max, alpha dx / c_max, viscous_cfl dx^2 / (6 nu_max), 0.8 theta / ||L||_max of the last step,
+/// (T26): min(beta dx / v_max, the same of moving colliders, alpha dx / c_max, viscous_cfl dx^2 / (6 nu_max), 0.8 theta / ||L||_max of the last step,
 /// largest_step). Not collective.
 TimeStepLimit time_step_limit(const TimeStepSettings& settings, double cell_size, const StepBounds& bounds);
 

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "bulkley/base/error.hpp"
 
@@ -248,6 +250,102 @@ TEST(Boundary, BadWallsAreUsageErrors) {
   EXPECT_THROW(attempt(all(FaceKind::slip), {{"rod", {Sphere{{0, 0, 0}, 1.0}}, Contact::separating, NAN}}), UsageError);
   grid.periodic[1] = true;
   EXPECT_THROW(attempt(all(FaceKind::slip), {}), UsageError);
+}
+
+// --- moving colliders ------------------------------------------------------------------------------------------------
+
+std::vector<LocalIndex> own_places(const std::vector<Int3>& nodes) {
+  std::vector<LocalIndex> places(nodes.size());
+  std::iota(places.begin(), places.end(), 0);
+  return places;
+}
+
+TEST(Contact, SlipAndSeparatingAreRelativeToTheWall) {
+  const Vec3 wall = 0.5 * slanted + 0.2 * along;
+  const Vec3 coming = wall + 3.0 * along - 2.0 * slanted;
+  EXPECT_LE((constrained_velocity({0, Contact::slip, 0.0, slanted, wall}, coming) - wall - 3.0 * along).norm(), 1e-15);
+  const NodeConstraint rough{0, Contact::separating, 0.4, slanted, wall};
+  EXPECT_LE((constrained_velocity(rough, coming) - wall - (3.0 - 0.8) * along).norm(), 1e-15);
+  EXPECT_EQ(constrained_velocity(rough, wall - 2.0 * slanted), wall) << "sticks";
+  const Vec3 leaving = wall + 0.1 * slanted;
+  EXPECT_EQ(constrained_velocity(rough, leaving), leaving);
+  EXPECT_NE(constrained_velocity(rough, 0.4 * slanted), 0.4 * slanted) << "slower than the wall that follows it";
+}
+
+TEST(MovingCollider, HoldsTheNodesWhereItIsWithItsOwnVelocity) {
+  const GridGeometry grid = small_grid();
+  const std::vector<Int3> nodes = all_nodes(grid);
+  for (const Contact contact : {Contact::sticky, Contact::slip, Contact::separating}) {
+    Collider block{"block", {Box{{-0.1, 0.4, 0.8}, {0.1, 0.6, 1.0}}}, contact, 0.0, {}};
+    block.motion.center = Vec3(0.0, 0.5, 0.9);
+    block.motion.velocity = Vec3(0.0, 0.2, 0.0);
+    block.motion.angular_velocity = Vec3(0.0, 0.0, 3.0);
+    EXPECT_TRUE(node_constraints(grid, all(FaceKind::open), {block}, nodes).empty()) << "it is not fixed";
+    MovingConstraints moving(grid, {block}, nodes, own_places(nodes), {});
+    const double time = 0.37, dt = 0.01;
+    const Pose pose = block.motion.pose(time);
+    std::vector<int> held(nodes.size(), 0);
+    for (const NodeConstraint& c : moving.at(time, dt)) {
+      const auto n = static_cast<std::size_t>(c.node);
+      ++held[n];
+      const Vec3 x = grid.node_position(nodes[n]);
+      EXPECT_EQ(c.collider, 0);
+      EXPECT_LE((c.velocity - block.motion.velocity_at(time + 0.5 * dt).at(x)).norm(), 1e-15);
+      EXPECT_LE((c.arm - (x - Vec3(0.0, 0.5 + 0.2 * time, 0.9))).norm(), 1e-15);
+      EXPECT_LE((c.normal - outward_normal(block.shape, pose, x)).norm(), 1e-15);
+    }
+    const double reach = contact == Contact::separating ? 0.0 : 0.75 * grid.cell_size;
+    int n_held = 0;
+    for (std::size_t n = 0; n < nodes.size(); ++n) {
+      EXPECT_EQ(held[n], signed_distance(block.shape, pose, grid.node_position(nodes[n])) <= reach ? 1 : 0);
+      n_held += held[n];
+    }
+    EXPECT_GT(n_held, 5);
+  }
+}
+
+TEST(MovingCollider, BesideFixedWallsAllCountTwice) {
+  const GridGeometry grid = small_grid();
+  const std::vector<Int3> nodes = all_nodes(grid);
+  Faces faces = all(FaceKind::open);
+  faces[0] = {FaceKind::separating, 0.0};
+  faces[2] = {FaceKind::separating, 0.0};
+  Collider fixed{"fixed", {Sphere{{-0.3, 0.2, 0.9}, 0.11}}, Contact::slip, 0.0, {}};
+  Collider ball{"ball", {Sphere{{-0.3, 0.2, 0.7}, 0.25}}, Contact::separating, 0.0, {}};
+  ball.motion.velocity = Vec3(0.0, 0.0, 0.2);
+  const std::vector<Collider> colliders{ball, fixed};
+  const std::vector<NodeConstraint> walls = node_constraints(grid, faces, colliders, nodes);
+  std::vector<LocalIndex> places = own_places(nodes);
+  for (LocalIndex& place : places) place = 1000 - place;
+  MovingConstraints moving(grid, colliders, nodes, places, walls);
+  std::vector<std::vector<int>> sequence(nodes.size());
+  for (const NodeConstraint& c : walls) sequence[static_cast<std::size_t>(c.node)].push_back(c.collider);
+  for (const NodeConstraint& c : moving.at(0.0, 0.1))
+    sequence[static_cast<std::size_t>(1000 - c.node)].push_back(c.collider);
+  const auto at = [&](const Int3& node) {
+    return sequence[static_cast<std::size_t>(std::find(nodes.begin(), nodes.end(), node) - nodes.begin())];
+  };
+  EXPECT_EQ(at({3, 3, 1}), (std::vector<int>{})) << "nothing near";
+  EXPECT_EQ(at({3, 1, 1}), (std::vector<int>{-1, 0, -1, 0})) << "one face, the ball";
+  EXPECT_EQ(at({2, 2, 1}), (std::vector<int>{0})) << "the ball alone";
+  EXPECT_EQ(at({1, 1, 1}), (std::vector<int>{-1, -1, -1, -1, 0, -1, -1, 0})) << "two faces, the ball";
+  EXPECT_EQ(at({1, 1, 3}), (std::vector<int>{-1, -1, 1, -1, -1, 1, 0, -1, -1, 1, 0})) << "two faces, both colliders";
+}
+
+TEST(MovingCollider, SpeedIsThatOfItsFarthestPoint) {
+  const GridGeometry grid = small_grid();
+  Collider rod{"rod", {Capsule{{0.0, 0.5, 0.9}, {0.2, 0.5, 0.9}, 0.05}}, Contact::sticky, 0.0, {}};
+  EXPECT_EQ(collider_speed(grid, {rod}, 0.0, 1.0), 0.0);
+  rod.motion.center = Vec3(0.0, 0.5, 0.9);
+  rod.motion.angular_velocity = Vec3(0.0, 2.0, 0.0);
+  const double tip = 0.25;
+  EXPECT_GE(collider_speed(grid, {rod}, 0.0, 1.0), 2.0 * tip);
+  EXPECT_LE(collider_speed(grid, {rod}, 0.0, 1.0), 2.0 * std::hypot(tip, std::hypot(0.05, 0.05)) * (1.0 + 1e-12));
+  Collider drum{"drum", {Complement{{{Shape{Sphere{{0.0, 0.6, 0.9}, 0.2}}}}}}, Contact::sticky, 0.0, {}};
+  drum.motion = rod.motion;
+  const double bound = collider_speed(grid, {drum}, 0.0, 1.0);  // as far as the domain goes
+  EXPECT_GE(bound, 2.0 * 0.5);
+  EXPECT_LE(bound, 2.0 * 1.0);
 }
 
 }  // namespace

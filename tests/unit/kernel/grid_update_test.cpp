@@ -97,7 +97,8 @@ TEST(GridUpdate, ConstraintsChangeVelocityAndChangeAlike) {
   const std::vector<NodeConstraint> constraints = {{1, Contact::slip, 0.0, Vec3::UnitZ()},
                                                    {2, Contact::sticky, 0.0, Vec3::UnitX()}};
   std::vector<Node> nodes(3, {{1.0, 2.0, 3.0, 4.0}}), change(3, {{0.5, 0.25, 0.125, 7.0}});
-  apply_constraints(constraints, nodes.data(), change.data());
+  ContactImpulses impulses;
+  apply_constraints(constraints, nodes.data(), change.data(), impulses);
   const double v[3][4] = {{1, 2, 3, 4}, {1, 2, 0, 4}, {0, 0, 0, 4}};
   const double dv[3][4] = {{0.5, 0.25, 0.125, 7}, {0.5, 0.25, -2.875, 7}, {-0.5, -1.75, -2.875, 7}};
   for (std::size_t n = 0; n < 3; ++n)
@@ -105,7 +106,7 @@ TEST(GridUpdate, ConstraintsChangeVelocityAndChangeAlike) {
       EXPECT_EQ(nodes[n].c[c], v[n][c]);
       EXPECT_EQ(change[n].c[c], dv[n][c]);
     }
-  apply_constraints(constraints, nodes.data(), nullptr);
+  apply_constraints(constraints, nodes.data(), nullptr, impulses);
   EXPECT_EQ(nodes[2].c[0], 0.0);
 }
 
@@ -113,8 +114,9 @@ TEST(GridUpdate, ConstraintsChangeVelocityAndChangeAlike) {
 TEST(GridUpdate, ConstraintsOfANodeActInTheirOrder) {
   const NodeConstraint floor{0, Contact::separating, 0.5, Vec3::UnitZ()}, wall{0, Contact::slip, 0.0, Vec3::UnitX()};
   std::vector<Node> one = {{{4.0, 3.0, -2.0, 1.0}}}, two = one;
-  apply_constraints(std::vector{floor, wall}, one.data(), nullptr);
-  apply_constraints(std::vector{wall, floor}, two.data(), nullptr);
+  ContactImpulses impulses;
+  apply_constraints(std::vector{floor, wall}, one.data(), nullptr, impulses);
+  apply_constraints(std::vector{wall, floor}, two.data(), nullptr, impulses);
   EXPECT_DOUBLE_EQ(one[0].c[1], 3.0 * (1.0 - 1.0 / 5.0));
   EXPECT_DOUBLE_EQ(two[0].c[1], 3.0 * (1.0 - 1.0 / 3.0));
 }

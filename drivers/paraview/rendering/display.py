@@ -1,0 +1,40 @@
+"""An X server where there is none: Debian's ParaView cannot draw without."""
+
+import os
+import shutil
+import subprocess
+import sys
+
+from rendering.faults import fail
+
+UNDER_XVFB = "BULKLEY_RENDER_UNDER_XVFB"
+
+
+def restart_under_xvfb(size):
+    """Does nothing where there is a display; else does the work in another process that has one, and ends."""
+    if os.environ.get("DISPLAY"):
+        return
+    if UNDER_XVFB in os.environ:
+        fail("Xvfb gave no display")
+    for program in ("Xvfb", "pvpython"):
+        if not shutil.which(program):
+            fail(f"there is no display, and {program} is not installed (Debian: apt-get install xvfb paraview)")
+    # The server itself chooses a free display and tells its number once it is ready.
+    reading, writing = os.pipe()
+    screen = f"{max(size[0], 640)}x{max(size[1], 480)}x24"
+    server = subprocess.Popen(["Xvfb", "-displayfd", str(writing), "-screen", "0", screen, "-nolisten", "tcp", "-noreset"],
+                              pass_fds=[writing], stderr=subprocess.DEVNULL)
+    os.close(writing)
+    try:
+        with os.fdopen(reading) as channel:
+            number = channel.readline().strip()
+        if not number:
+            fail("Xvfb did not start")
+        environment = {**os.environ, UNDER_XVFB: "1", "DISPLAY": f":{number}"}
+        environment.pop("XAUTHORITY", None)
+        command = ["pvpython", os.path.abspath(sys.argv[0]), *sys.argv[1:]]
+        status = subprocess.run(command, env=environment).returncode
+    finally:
+        server.terminate()
+        server.wait()
+    sys.exit(status)

@@ -1,0 +1,152 @@
+"""What a run has written: its series and scene as text, and its frames as arrays."""
+
+import math
+import tomllib
+import xml.etree.ElementTree as ElementTree
+
+from rendering.faults import fail
+
+
+class Series:
+    """What frames.xdmf and scene.toml say, before ParaView opens anything (a missing file would end ParaView)."""
+
+    def __init__(self, run):
+        self.run = run
+        self.path = run / "frames.xdmf"
+        if not self.path.is_file():
+            fail(f"there is no '{self.path}': the run has written no frames")
+        grids = moments(self.path)
+        self.times = [float(grid.find("Time").get("Value")) for grid in grids]
+        self.files = [run / next(grid.iter("DataItem")).text.split(":")[0].strip() for grid in grids]
+        self.fields = [attribute.get("Name") for attribute in grids[-1].iter("Attribute")]
+        self.expect_files(self.path, self.files)
+        self.colliders = run / "colliders.xdmf" if (run / "colliders.xdmf").is_file() else None
+        if self.colliders:
+            items = ElementTree.parse(self.colliders).iter("DataItem")
+            self.expect_files(self.colliders, [run / item.text.split(":")[0].strip() for item in items])
+        self.scene = {}
+        if (run / "scene.toml").is_file():
+            self.scene = tomllib.loads((run / "scene.toml").read_text(encoding="utf-8"))
+
+    @staticmethod
+    def expect_files(series, files):
+        missing = [file.name for file in files if not file.is_file()]
+        if missing:
+            fail(f"'{series}' names {missing[0]}, which is not there")
+
+    def domain(self):
+        """(lower, upper), or None without a scene."""
+        domain = self.scene.get("domain", {})
+        return (domain["lower"], domain["upper"]) if "lower" in domain and "upper" in domain else None
+
+    def attributes(self, number, object_name="/"):
+        """Attributes of a frame's file or of something in it; empty where h5py is not installed."""
+        try:
+            import h5py
+        except ImportError:
+            return {}
+        with h5py.File(self.files[number], "r") as file:
+            found = dict(file[object_name].attrs) if object_name in file else {}
+        return {name: value.decode() if isinstance(value, bytes) else value for name, value in found.items()}
+
+    def materials(self):
+        names = self.attributes(-1).get("materials", "")
+        return names.split("\n") if names else []
+
+    def collider_names(self):
+        names = self.attributes(-1, "/colliders").get("names", "")
+        return names.split("\n") if names else [collider["name"] for collider in self.scene.get("colliders", [])]
+
+
+def moments(path):
+    try:
+        return [grid for grid in ElementTree.parse(path).iter("Grid") if grid.find("Time") is not None]
+    except ElementTree.ParseError as error:
+        fail(f"'{path}' is damaged: {error}")
+
+
+class Particles:
+    """The particles of one frame as arrays; those outside the window left out."""
+
+    def __init__(self, data, series, number, crop):
+        import numpy
+        from vtkmodules.util.numpy_support import vtk_to_numpy
+
+        points = data.GetPointData()
+        fields = {points.GetArrayName(i): vtk_to_numpy(points.GetArray(i)) for i in range(points.GetNumberOfArrays())}
+        self.position = vtk_to_numpy(data.GetPoints().GetData()).astype(numpy.float32)
+        largest = series.attributes(number).get("largest_reference_volume", 0.0)
+        if not largest > 0.0:  # not recorded: as if the bounding box were full
+            sides = numpy.maximum(numpy.ptp(self.position, axis=0), 1e-9)
+            largest = float(numpy.prod(sides)) / max(len(self.position), 1)
+        self.spacing = float(largest) ** (1.0 / 3.0)
+        volume = fields.get("reference_volume", numpy.full(len(self.position), largest))
+        self.volume = (volume * fields.get("volume_ratio", 1.0)).astype(numpy.float32)
+        self.material = fields.get("material", numpy.zeros(len(self.position))).astype(int)
+        self.fields = fields
+        if crop is not None:
+            self.keep(numpy.all((self.position >= crop[0]) & (self.position <= crop[1]), axis=1))
+
+    def keep(self, chosen):
+        self.position, self.volume, self.material = self.position[chosen], self.volume[chosen], self.material[chosen]
+        self.fields = {name: values[chosen] for name, values in self.fields.items()}
+
+    def scalars(self, field, component):
+        """The numbers that are drawn."""
+        import numpy
+
+        values = self.fields[field].astype(float)
+        if values.ndim == 1:
+            return values
+        if component == "magnitude":
+            return numpy.linalg.norm(values, axis=1)
+        if component >= values.shape[1]:
+            fail(f"particles.component is {component}, but {field} has {values.shape[1]} components")
+        return values[:, component]
+
+
+class Reader:
+    """Fetches frames through ParaView's XDMF reader."""
+
+    def __init__(self, simple, series, look):
+        self.simple, self.series, self.crop = simple, series, look.crop()
+        self.particle_reader = simple.XDMFReader(FileNames=[str(series.path.resolve())])
+        self.collider_reader = None
+        if series.colliders and look["colliders.show"]:
+            self.collider_reader = simple.XDMFReader(FileNames=[str(series.colliders.resolve())])
+
+    def fetch(self, reader, number):
+        from paraview import servermanager
+
+        reader.UpdatePipeline(self.series.times[number])
+        return servermanager.Fetch(reader)
+
+    def particles(self, number):
+        return Particles(self.fetch(self.particle_reader, number), self.series, number, self.crop)
+
+    def colliders(self, number):
+        """Vertices, triangles, and the collider of each triangle; None without."""
+        if self.collider_reader is None:
+            return None
+        from vtkmodules.util.numpy_support import vtk_to_numpy
+
+        data = self.fetch(self.collider_reader, number)
+        cells = vtk_to_numpy(data.GetCells().GetConnectivityArray()).reshape(-1, 3)
+        return vtk_to_numpy(data.GetPoints().GetData()), cells, vtk_to_numpy(data.GetCellData().GetArray("collider")).astype(int)
+
+
+def color_range(reader, chosen, look, field):
+    """(low, high) over all chosen frames, without the outermost hundredths."""
+    import numpy
+
+    if look["particles.range"] != "auto":
+        return look["particles.range"]
+    low, high = math.inf, -math.inf
+    for number in chosen:
+        values = reader.particles(number).scalars(field, look["particles.component"])
+        values = values[numpy.isfinite(values)]
+        if len(values):
+            low, high = min(low, numpy.percentile(values, 1)), max(high, numpy.percentile(values, 99))
+    if not low < high:  # one value everywhere
+        low, high = (low - 0.5 * abs(low), low + 0.5 * abs(low)) if math.isfinite(low) and low != 0 else (0.0, 1.0)
+    return low, high

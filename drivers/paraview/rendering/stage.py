@@ -1,0 +1,399 @@
+"""Puts frames on ParaView's stage: material, colliders, floor, words, camera."""
+
+import itertools
+import math
+
+import numpy
+from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray, vtk_to_numpy
+from vtkmodules.vtkCommonCore import vtkPoints
+from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
+from vtkmodules.vtkFiltersCore import vtkPolyDataNormals
+from vtkmodules.vtkFiltersSources import vtkPlaneSource
+
+from rendering.faults import fail, note
+from rendering.look import DIRECTIONS, SPHERE_SHADER, rgb
+from rendering.run_data import color_range
+from rendering.shade import Light, bytes_of, unit
+from rendering.surface import Surface, particle_normals
+
+WIDTH_BESIDE_LEGEND = 0.82  # part of the picture
+FLOOR_POINTS = 560  # along the longer side
+MOST_TRIANGLES = 150_000  # of one collider, roughly
+FEATURE_ANGLE = 35.0  # degrees; sharper edges of colliders stay sharp
+
+
+def poly_data(points, colors, triangles=None):
+    """Points or triangles with a colour at each point."""
+    data, corners = vtkPolyData(), vtkPoints()
+    corners.SetData(numpy_to_vtk(numpy.ascontiguousarray(points, numpy.float32), deep=True))
+    data.SetPoints(corners)
+    cells = vtkCellArray()
+    width = 1 if triangles is None else 3
+    table = numpy.arange(len(points)) if triangles is None else triangles
+    cells.SetData(width, numpy_to_vtkIdTypeArray(numpy.ascontiguousarray(table, numpy.int64).ravel(), deep=True))
+    data.SetVerts(cells) if triangles is None else data.SetPolys(cells)
+    array = numpy_to_vtk(colors, deep=True)
+    array.SetName("color")
+    data.GetPointData().SetScalars(array)
+    return data
+
+
+class Stage:
+    def __init__(self, simple, look, series, reader, chosen):
+        self.simple, self.look, self.series, self.reader, self.chosen = simple, look, series, reader, chosen
+        self.materials, self.collider_names = series.materials(), series.collider_names()
+        self.remark_strangers()
+        self.field = self.chosen_field()
+        self.shown = []  # proxies of the present frame
+        self.domain = look.crop() or series.domain() or self.bounds_of_material()
+        self.subject = self.bounds_of_material() if look["camera.fit"] == "material" else self.domain
+        self.reach = max(u - l for l, u in zip(*self.subject))
+        self.view = self.make_view()
+        self.place_camera()
+        self.toward_light = self.light_direction()
+        self.table = self.color_table()
+        if look["picture.title"] and series.scene.get("title"):
+            self.add_text(series.scene["title"], [0.03, 0.93], 22)
+        self.clock = self.add_text("", [0.03, 0.88] if look["picture.title"] else [0.03, 0.92], 18)
+
+    # --- what the look asks for -----------------------------------------------------------------------------------------
+
+    def remark_strangers(self):
+        for key, known in (("materials.colors", self.materials), ("colliders.colors", self.collider_names),
+                           ("colliders.opacities", self.collider_names), ("colliders.hidden", self.collider_names)):
+            for name in self.look[key]:
+                if name not in known:
+                    note(f"{key} names '{name}', which the run has not; it has {', '.join(known) or 'none'}")
+
+    def chosen_field(self):
+        field = self.look["particles.field"]
+        if field == "auto":
+            field = "velocity" if "velocity" in self.series.fields else next(iter(self.series.fields), "material")
+        if field not in self.series.fields and field != "material":
+            fail(f"--field is '{field}', and the frames hold {', '.join(self.series.fields) or 'no fields'}")
+        return field
+
+    def bounds_of_material(self):
+        lower, upper = numpy.full(3, numpy.inf), numpy.full(3, -numpy.inf)
+        for number in self.chosen:
+            position = self.reader.particles(number).position
+            if len(position):
+                lower, upper = numpy.minimum(lower, position.min(axis=0)), numpy.maximum(upper, position.max(axis=0))
+        if not numpy.all(lower < upper):
+            fail("nothing of the material is in the picture")
+        return [float(x) for x in lower], [float(x) for x in upper]
+
+    def material_color(self, material):
+        palette = self.look["materials.palette"]
+        name = self.materials[material] if material < len(self.materials) else ""
+        return rgb(self.look["materials.colors"].get(name, palette[material % len(palette)]))
+
+    def light_direction(self):
+        direction = self.look["light.direction"]
+        if direction != "auto":
+            return unit(direction)
+        position, target, up = self.camera
+        back = unit(numpy.subtract(position, target))
+        right = unit(numpy.cross(up, back))
+        return unit(1.0 * numpy.asarray(up, float) - 0.55 * right + 0.35 * back)
+
+    # --- view and camera ------------------------------------------------------------------------------------------------
+
+    def make_view(self):
+        look = self.look
+        view = self.simple.CreateView("RenderView")
+        view.ViewSize = list(look["picture.size"])
+        view.UseColorPaletteForBackground = 0
+        background = [rgb(color) for color in look["picture.background"]]
+        view.BackgroundColorMode = "Gradient" if len(background) == 2 else "Single Color"
+        view.Background, view.Background2 = background[0], background[-1]
+        view.OrientationAxesVisibility = 0
+        view.UseFXAA = 1
+        if look["light.occlusion"]:
+            view.UseAmbientOcclusion = 1
+            view.UseSSAODefaultPresets = 0
+            view.Radius, view.Bias, view.KernelSize, view.Blur = 0.05 * self.reach, 0.004 * self.reach, 96, 1
+        return view
+
+    def place_camera(self):
+        look, (lower, upper) = self.look, self.subject
+        center = [0.5 * (l + u) for l, u in zip(lower, upper)] if look["camera.focus"] == "auto" else look["camera.focus"]
+        direction = look["camera.direction"]
+        if direction == "auto":
+            size = [u - l for l, u in zip(*self.domain)]
+            thin = min(range(3), key=lambda axis: size[axis])
+            direction = ("side", "front", "top")[thin] if size[thin] < 0.2 * max(size) else "corner"
+        direction = unit(DIRECTIONS.get(direction, direction) if isinstance(direction, str) else direction)
+        if look["camera.position"] != "auto":
+            direction = numpy.subtract(look["camera.position"], center)
+            if not numpy.any(direction):
+                fail("camera.position and camera.focus are the same point")
+            direction = unit(direction)
+        up = look["camera.up"]
+        if up == "auto":
+            up = [0.0, 1.0, 0.0] if abs(direction[2]) > 0.99 else [0.0, 0.0, 1.0]
+        right = numpy.cross(up, direction)
+        if not numpy.linalg.norm(right) > 1e-6:
+            fail("camera.up points along the line of sight")
+        up = numpy.cross(direction, unit(right))
+        position = look["camera.position"]
+        if position == "auto":
+            position = self.position_from(direction, unit(right), up, numpy.asarray(center, float))
+        self.camera = position, center, up
+        view = self.view
+        view.CameraPosition, view.CameraFocalPoint, view.CameraViewUp = map(list, (position, center, up))
+        view.CameraViewAngle, view.CameraParallelProjection = look["camera.angle"], 0
+
+    def position_from(self, direction, right, up, center):
+        """The nearest place from which every corner of what fills the picture is in it."""
+        half = math.tan(math.radians(0.5 * self.look["camera.angle"]))
+        width, height = self.look["picture.size"]
+        beside = WIDTH_BESIDE_LEGEND if self.look["picture.legend"] else 0.96
+        distance = 0.0
+        for corner in itertools.product(*zip(*self.subject)):
+            offset = numpy.subtract(corner, center)
+            toward = offset @ direction
+            distance = max(distance, toward + abs(offset @ up) / half,
+                           toward + abs(offset @ right) / (half * width / height * beside))
+        return center + distance * 1.06 / self.look["camera.zoom"] * direction
+
+    def font_size(self, size):
+        """`size` is for a picture 900 pixels high."""
+        return max(7, round(size * self.look["picture.text_scale"] * self.look["picture.size"][1] / 900))
+
+    def add_text(self, text, position, size):
+        source = self.simple.Text(Text=text)
+        display = self.simple.Show(source, self.view)
+        display.WindowLocation = "Any Location"
+        display.Position = position
+        display.FontSize = self.font_size(size)
+        display.Color = rgb(self.look["picture.text_color"])
+        return source
+
+    # --- colours --------------------------------------------------------------------------------------------------------
+
+    def color_table(self):
+        """ParaView's table and legend of the field; None where materials give the colours."""
+        field, look = self.field, self.look
+        if field == "material" and len(self.materials) < 2:
+            return None  # a legend of one entry says nothing
+        table = self.simple.GetColorTransferFunction(field)
+        if field == "material":
+            table.InterpretValuesAsCategories = 1
+            table.Annotations = [text for i, name in enumerate(self.materials) for text in (str(i), name)]
+            table.IndexedColors = [c for i in range(len(self.materials)) for c in self.material_color(i)]
+        else:
+            if not table.ApplyPreset(look["particles.colormap"], True):
+                fail(f"particles.colormap is '{look['particles.colormap']}', which ParaView does not know")
+            table.RescaleTransferFunction(*color_range(self.reader, self.chosen, look, field))
+            table.NanColor = [1.0, 0.0, 1.0]
+        if look["picture.legend"]:
+            self.add_legend(table)
+        return None if field == "material" else table
+
+    def add_legend(self, table):
+        legend = self.simple.GetScalarBar(table, self.view)
+        unit_name = self.series.attributes(self.chosen[-1], f"particles/{self.field}").get("unit", "1")
+        component = self.look["particles.component"]
+        title = self.field.replace("_", " ") + ("" if component == "magnitude" else f" [{component}]")
+        legend.Title = title + (f" ({unit_name})" if unit_name != "1" else "")
+        legend.ComponentTitle = ""
+        legend.TitleColor = legend.LabelColor = rgb(self.look["picture.text_color"])
+        legend.TitleFontSize, legend.LabelFontSize = self.font_size(16), self.font_size(14)
+        legend.HorizontalTitle = 1
+        legend.WindowLocation = "Any Location"
+        legend.Position = [0.885, 0.3]
+        legend.ScalarBarLength = 0.4
+        legend.ScalarBarThickness = self.font_size(14)
+        if self.field != "material":
+            legend.AutomaticLabelFormat = 0
+            legend.LabelFormat = legend.RangeLabelFormat = "%-#.3g"
+        legend.Visibility = 1
+
+    def field_colors(self, scalars):
+        values = numpy_to_vtk(numpy.ascontiguousarray(scalars, float), deep=True)
+        mapped = self.table.GetClientSideObject().MapScalars(values, 1, -1)
+        return vtk_to_numpy(mapped)[:, :3].astype(numpy.float32) / 255.0
+
+    def particle_colors(self, particles):
+        if self.table is not None:
+            return self.field_colors(particles.scalars(self.field, self.look["particles.component"]))
+        colors = numpy.array([self.material_color(m) for m in range(max(particles.material.max() + 1, 1))], numpy.float32)
+        return colors[particles.material]
+
+    # --- one frame ------------------------------------------------------------------------------------------------------
+
+    def show(self, data, opacity=1.0):
+        """Colours as they are: light is in them already."""
+        source = self.simple.TrivialProducer()
+        source.GetClientSideObject().SetOutput(data)
+        display = self.simple.Show(source, self.view)
+        self.simple.ColorBy(display, ("POINTS", "color"))
+        display.MapScalars = 0
+        display.SetScalarBarVisibility(self.view, False)
+        display.Ambient, display.Diffuse, display.Specular, display.Opacity = 1.0, 0.0, 0.0, opacity
+        self.shown.append(source)
+        return display
+
+    def draw(self, number):
+        for source in self.shown:
+            self.simple.Delete(source)
+        self.shown = []
+        particles = self.reader.particles(number)
+        colliders = self.collider_meshes(number)
+        casters = [particles.position] + [mesh[0] for _, mesh in colliders]
+        light = Light(self.look, self.toward_light, numpy.concatenate(casters), particles.spacing)
+        if len(particles.position):
+            draw = self.draw_spheres if self.look["particles.representation"] == "spheres" else self.draw_surfaces
+            draw(particles, light)
+        for name, mesh in colliders:
+            self.draw_collider(name, *mesh, light)
+        if self.look["floor.show"]:
+            self.draw_floor(light)
+        self.view.ViewTime = self.series.times[number]
+        self.clock.Text = f"t = {self.series.times[number]:.4g} s" if self.look["picture.time"] else ""
+
+    def draw_spheres(self, particles, light):
+        normals = particle_normals(particles, numpy.asarray(self.camera[0], float))
+        colors = self.particle_colors(particles) * light.brightness(particles.position, normals)[:, None]
+        display = self.show(poly_data(particles.position, bytes_of(colors)))
+        display.SetRepresentationType("Point Gaussian")
+        display.ShaderPreset = "Custom"
+        display.CustomShader = SPHERE_SHADER
+        display.GaussianRadius = 0.5 * self.look["particles.radius"] * particles.spacing
+
+    def draw_surfaces(self, particles, light):
+        for material in numpy.unique(particles.material):
+            chosen = particles.material == material
+            surface = Surface(particles, chosen, self.look)
+            if len(surface.points) == 0:
+                continue
+            if self.table is None:
+                colors = numpy.array([self.material_color(material)], numpy.float32)
+            else:
+                scalars = particles.scalars(self.field, self.look["particles.component"])
+                colors = self.field_colors(surface.values(particles, chosen, scalars))
+            colors = colors * light.brightness(surface.points, surface.normals)[:, None]
+            camera = numpy.asarray(self.camera[0], float)
+            colors = colors + self.look["surface.gloss"] * light.highlight(surface.points, surface.normals, camera)[:, None]
+            self.show(poly_data(surface.points, bytes_of(colors), surface.triangles))
+
+    # --- colliders and floor --------------------------------------------------------------------------------------------
+
+    def collider_meshes(self, number):
+        """[(name, (points, triangles, normals))], triangles small enough to carry the rim of a shadow."""
+        meshes = self.reader.colliders(number)
+        if meshes is None:
+            return []
+        vertices, triangles, owner = meshes
+        result = []
+        for collider in numpy.unique(owner):
+            name = self.collider_names[collider] if collider < len(self.collider_names) else str(collider)
+            if name not in self.look["colliders.hidden"]:
+                result.append((name, fine_mesh(vertices, triangles[owner == collider], self.reach / 200)))
+        return result
+
+    def draw_collider(self, name, points, triangles, normals, light):
+        look = self.look
+        color = numpy.array([rgb(look["colliders.colors"].get(name, look["colliders.color"]))], numpy.float32)
+        colors = color * light.brightness(points, normals)[:, None]
+        opacity = look["colliders.opacities"].get(name, look["colliders.opacity"])
+        if opacity > 0.0:
+            self.show(poly_data(points, bytes_of(colors), triangles), opacity)
+
+    def draw_floor(self, light):
+        look, (lower, upper) = self.look, self.domain
+        size = [upper[a] - lower[a] for a in range(2)]
+        if self.camera[0][2] <= lower[2] or look["floor.margin"] < 0.0:
+            return  # seen from below it would only hide what stands on it
+        margin = look["floor.margin"] * max(size)
+        spacing = (max(size) + 2.0 * margin) / FLOOR_POINTS
+        counts = [max(2, math.ceil((s + 2.0 * margin) / spacing)) for s in size]
+        # A hair below, so that it does not fight with particles on it.
+        z = lower[2] - 2e-3 * max(size)
+        corner, far = [lower[a] - margin for a in range(2)], [upper[a] + margin for a in range(2)]
+        plane = vtkPlaneSource()
+        plane.SetOrigin(*corner, z)
+        plane.SetPoint1(far[0], corner[1], z)
+        plane.SetPoint2(corner[0], far[1], z)
+        plane.SetResolution(*counts)
+        plane.Update()
+        data = plane.GetOutput()
+        points = vtk_to_numpy(data.GetPoints().GetData()).astype(float)
+        color = numpy.tile(numpy.array(rgb(look["floor.color"])), (len(points), 1))
+        if look["floor.grid"]:
+            color *= 1.0 - 0.06 * grid_lines(points, nice_distance(max(size) / 8.0), 0.7 * spacing)[:, None]
+        color *= (1.0 - 0.75 * (1.0 - look["light.ambient"]) * (1.0 - light.visible(points)))[:, None]
+        beyond = numpy.linalg.norm([numpy.maximum(numpy.maximum(lower[a] - points[:, a], points[:, a] - upper[a]), 0.0)
+                                    for a in range(2)], axis=0)
+        fade = numpy.clip(beyond / margin, 0.0, 1.0)[:, None] if margin > 0.0 else numpy.zeros((len(points), 1))
+        fade = fade * fade * (3.0 - 2.0 * fade)
+        background = numpy.mean([rgb(c) for c in look["picture.background"]], axis=0)
+        array = numpy_to_vtk(bytes_of(color + fade * (background - color)), deep=True)
+        array.SetName("color")
+        data.GetPointData().SetScalars(array)
+        self.show(data)
+        if look["floor.outline"]:
+            self.draw_outline()
+
+    def draw_outline(self):
+        lower, upper = self.domain
+        size = [u - l for l, u in zip(lower, upper)]
+        box = self.simple.Box(XLength=size[0], YLength=size[1], ZLength=size[2],
+                              Center=[0.5 * (l + u) for l, u in zip(lower, upper)])
+        outline = self.simple.Show(box, self.view)
+        outline.SetRepresentationType("Outline")
+        outline.AmbientColor = outline.DiffuseColor = (0.65, 0.66, 0.70)
+        outline.LineWidth = 1.0
+        self.shown.append(box)
+
+
+def nice_distance(length):
+    """The nearest of 1, 2, 5 times a power of ten."""
+    power = 10.0 ** math.floor(math.log10(length))
+    return min((factor * power for factor in (1, 2, 5, 10)), key=lambda d: abs(math.log(d / length)))
+
+
+def grid_lines(points, distance, half_width):
+    """1 on the lines, 0 away from them."""
+    off = numpy.abs(points[:, :2] / distance - numpy.round(points[:, :2] / distance)) * distance
+    return numpy.clip(1.5 - off.min(axis=1) / half_width, 0.0, 1.0)
+
+
+def fine_mesh(vertices, triangles, edge):
+    """Points, triangles and normals of a collider, edges at most about `edge` long; sharp edges stay sharp."""
+    used, corners = numpy.unique(triangles, return_inverse=True)
+    normals = vtkPolyDataNormals()
+    normals.SetInputData(poly_data(vertices[used], numpy.zeros((len(used), 3), numpy.uint8), corners.reshape(-1, 3)))
+    normals.SetFeatureAngle(FEATURE_ANGLE)
+    normals.ConsistencyOff()
+    normals.Update()
+    mesh = normals.GetOutput()
+    table = vtk_to_numpy(mesh.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+    # Six numbers a corner: place and normal.
+    corners = numpy.concatenate([vtk_to_numpy(mesh.GetPoints().GetData()),
+                                 vtk_to_numpy(mesh.GetPointData().GetNormals())], axis=1)[table].astype(float)
+    corners = halved(corners, edge).reshape(-1, 6)
+    length = numpy.linalg.norm(corners[:, 3:], axis=1, keepdims=True)
+    return corners[:, :3], numpy.arange(len(corners)).reshape(-1, 3), corners[:, 3:] / numpy.maximum(length, 1e-12)
+
+
+def halved(corners, edge):
+    """Triangles with their longest edges halved until none is longer than `edge`, or there are many.
+
+    Neighbours halve a common edge alike, since only its length matters in the end: no cracks.
+    """
+    sides = corners[:, 1:, :3] - corners[:, :1, :3]
+    area = 0.5 * numpy.linalg.norm(numpy.cross(sides[:, 0], sides[:, 1]), axis=1).sum()
+    edge = max(edge, math.sqrt(area / MOST_TRIANGLES))
+    done = []
+    while len(corners):
+        lengths = numpy.linalg.norm(corners[:, [1, 2, 0], :3] - corners[:, :, :3], axis=2)
+        longest = lengths.argmax(axis=1)
+        fits = lengths.max(axis=1) <= edge
+        done.append(corners[fits])
+        order = (longest[~fits, None] + numpy.arange(3)) % 3
+        a, b, c = numpy.moveaxis(numpy.take_along_axis(corners[~fits], order[:, :, None], axis=1), 1, 0)
+        middle = 0.5 * (a + b)
+        corners = numpy.concatenate([numpy.stack([a, middle, c], axis=1), numpy.stack([middle, b, c], axis=1)])
+    return numpy.concatenate(done)
