@@ -323,7 +323,8 @@ class Stage:
         color = numpy.tile(numpy.array(rgb(look["floor.color"])), (len(points), 1))
         if look["floor.grid"]:
             color *= 1.0 - 0.06 * grid_lines(points, nice_distance(max(size) / 8.0), 0.7 * spacing)[:, None]
-        color *= (1.0 - 0.75 * (1.0 - look["light.ambient"]) * (1.0 - light.visible(points)))[:, None]
+        lit = blurred(light.visible(points).reshape(counts[1] + 1, counts[0] + 1)).ravel()
+        color *= (1.0 - 0.75 * (1.0 - look["light.ambient"]) * (1.0 - lit))[:, None]
         beyond = numpy.linalg.norm([numpy.maximum(numpy.maximum(lower[a] - points[:, a], points[:, a] - upper[a]), 0.0)
                                     for a in range(2)], axis=0)
         fade = numpy.clip(beyond / margin, 0.0, 1.0)[:, None] if margin > 0.0 else numpy.zeros((len(points), 1))
@@ -352,6 +353,17 @@ def nice_distance(length):
     """The nearest of 1, 2, 5 times a power of ten."""
     power = 10.0 ** math.floor(math.log10(length))
     return min((factor * power for factor in (1, 2, 5, 10)), key=lambda d: abs(math.log(d / length)))
+
+
+def blurred(field):
+    """One two one along both axes: no steps where the floor's points and the pixels of the shadow beat."""
+    for axis in range(2):
+        ends = [(1, 1) if axis == a else (0, 0) for a in range(2)]
+        wide = numpy.pad(field, ends, mode="edge")
+        n = field.shape[axis]
+        before, here, after = (numpy.take(wide, range(i, i + n), axis=axis) for i in range(3))
+        field = 0.25 * before + 0.5 * here + 0.25 * after
+    return field
 
 
 def grid_lines(points, distance, half_width):
