@@ -1,0 +1,144 @@
+"""What a run left in its folder, for scripts that measure: history.csv, frames, scene.toml; and pieces of a cloud of points."""
+
+import csv
+import itertools
+import pathlib
+import tomllib
+
+import h5py
+import numpy as np
+
+
+class MissingData(Exception):
+    """A run that has not what a measurement needs; the text is for the user."""
+
+
+class Run:
+    """The folder of a run."""
+
+    def __init__(self, folder):
+        self.folder = pathlib.Path(folder)
+        scene = self.folder / "scene.toml"
+        if not scene.is_file():
+            raise MissingData(f"'{self.folder}' is not the folder of a run: it has no scene.toml")
+        self.scene = tomllib.loads(scene.read_text(encoding="utf-8"))
+        self.cell_size = self.scene["domain"]["cell_size"]
+        self.floor = self.scene["domain"]["lower"][2]
+        self.gravity = -self.scene["gravity"][2]  # downwards
+        self._history = None
+
+    @property
+    def history(self):
+        """Columns of history.csv by name without unit; numbers as arrays, `limiter` as text."""
+        if self._history is None:
+            self._history = read_history(self.folder / "history.csv")
+        return self._history
+
+    def frames(self):
+        """All frames in the order of time."""
+        paths = sorted(self.folder.glob("frame_*.h5"))
+        if not paths:
+            raise MissingData(f"'{self.folder}' has no frames: set output.frame_interval")
+        return [Frame(path) for path in paths]
+
+
+def read_history(path):
+    try:
+        with open(path, newline="", encoding="utf-8") as stream:
+            header, *rows = csv.reader(stream)
+    except FileNotFoundError:
+        raise MissingData(f"there is no '{path}'") from None
+    columns = {}
+    for name, values in zip(header, zip(*rows)):
+        plain = name.split(" [")[0]
+        columns[plain] = np.array(values) if plain == "limiter" else np.array(values, dtype=float)
+    return columns
+
+
+class Frame:
+    """One frame; fields are read when asked for."""
+
+    def __init__(self, path):
+        self.path = path
+        with h5py.File(path) as file:
+            self.time = float(file.attrs["time"])
+            self.fields = set(file["particles"])
+
+    def field(self, name):
+        if name not in self.fields:
+            raise MissingData(f"'{self.path}' has no field '{name}': add it to output.fields")
+        with h5py.File(self.path) as file:
+            return file["particles"][name][...]
+
+    def position(self):
+        return self.field("position").astype(float)
+
+    def mass_share(self):
+        """Share of each particle in the whole mass; equal shares where frames have no masses, as in scenes of one material."""
+        mass = self.field("mass").astype(float) if "mass" in self.fields else np.ones(len(self.field("position")))
+        return mass / mass.sum()
+
+
+def nearest(frames, times):
+    """The frame nearest to each time, none twice."""
+    chosen = {min(range(len(frames)), key=lambda n, t=time: abs(frames[n].time - t)) for time in times}
+    return [frames[n] for n in sorted(chosen)]
+
+
+def cells_of(position, size):
+    """Indices of the cells that points lie in."""
+    return np.floor(position / size).astype(np.int64)
+
+
+def cell_keys(cells):
+    """One number for each cell; numbers of neighbouring cells differ by the same offsets everywhere. Returns the strides, too."""
+    span = cells.max(axis=0) - cells.min(axis=0) + 3
+    strides = np.array([span[1] * span[2], span[2], 1])
+    return (cells - cells.min(axis=0) + 1) @ strides, strides
+
+
+def pieces(position, size):
+    """Number of the piece that each point belongs to, 0 the piece with most points. Points are of one piece where their cells of
+    width `size` touch, if only at a corner."""
+    keys, strides = cell_keys(cells_of(position, size))
+    cells, cell_of_point = np.unique(keys, return_inverse=True)
+    first, second = touching(cells, strides)
+    root = np.arange(len(cells))
+    while True:
+        a, b = root[first], root[second]
+        if np.array_equal(a, b):
+            break
+        np.minimum.at(root, a, b)
+        np.minimum.at(root, b, a)
+        while not np.array_equal(root, root[root]):
+            root = root[root]
+    _, label, count = np.unique(root[cell_of_point], return_inverse=True, return_counts=True)
+    rank = np.empty(len(count), dtype=np.int64)
+    rank[np.argsort(-count, kind="stable")] = np.arange(len(count))
+    return rank[label]
+
+
+def touching(cells, strides):
+    """Pairs of indices into the sorted keys `cells` of cells that touch."""
+    pairs = []
+    for step in itertools.product((-1, 0, 1), repeat=3):
+        if step <= (0, 0, 0):  # each pair once
+            continue
+        wanted = cells + np.dot(step, strides)
+        place = np.minimum(np.searchsorted(cells, wanted), len(cells) - 1)
+        found = np.flatnonzero(cells[place] == wanted)
+        pairs.append((found, place[found]))
+    return np.concatenate([p[0] for p in pairs]), np.concatenate([p[1] for p in pairs])
+
+
+def bodies_of(frames, size):
+    """The particles' ids of each piece of the first frame, largest first: of balls that start apart, one array each."""
+    label = pieces(frames[0].position(), size)
+    ids = frames[0].field("id")
+    return [np.sort(ids[label == n]) for n in range(label.max() + 1)]
+
+
+def markdown(header, rows):
+    """A table."""
+    lines = ["| " + " | ".join(header) + " |", "|" + "---|" * len(header)]
+    return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])
