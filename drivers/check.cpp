@@ -11,6 +11,18 @@ namespace {
 
 std::string dimensionless(double value) { return std::isnan(value) ? std::string("-") : fmt::format("{:.3g}", value); }
 
+void print_colliders(const Scene& scene) {
+  for (const Collider& collider : scene.colliders) {
+    const Bounds b = bounds(collider.shape);
+    const bool is_finite = b.lower.allFinite() && b.upper.allFinite();
+    const Vec3 size = b.upper - b.lower;
+    const double fastest = collider_speed(scene.grid, {collider}, 0.0, scene.time.end_time);
+    fmt::print("collider   {}: {}, {}{}\n", collider.name, name(collider.contact),
+               is_finite ? fmt::format("{:.4g} x {:.4g} x {:.4g} m", size[0], size[1], size[2]) : std::string("endless"),
+               collider.motion.moves() ? fmt::format(", moves at up to {:.4g} m/s", fastest) : std::string());
+  }
+}
+
 void print(const Scene& scene, const Forecast& f) {
   const GridGeometry& grid = scene.grid;
   const Vec3 upper = grid.upper();
@@ -43,6 +55,7 @@ void print(const Scene& scene, const Forecast& f) {
           m.name, c.yield_stress, c.consistency, c.flow_index, fluid->parameters.sigma_Y, fluid->parameters.eta,
           fluid->parameters.h);
     }
+  print_colliders(scene);
   fmt::print("\nranks      {}{}: at most {} particles a rank, imbalance {:.3f}\n", f.n_ranks, boxes_text(f.boxes),
              f.largest_share, f.imbalance);
   fmt::print("memory     about {:.1f} MiB on the fullest rank, beyond the empty program; {:.0f} bytes per particle in all\n",

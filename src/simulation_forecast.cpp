@@ -159,6 +159,7 @@ Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks) {
   f.bytes_per_rank = *std::max_element(bytes.begin(), bytes.end());
   f.bytes_per_particle = std::accumulate(bytes.begin(), bytes.end(), 0.0) / static_cast<double>(f.n_particles);
 
+  start.collider_speed = collider_speed(scene.grid, scene.colliders, 0.0, 0.0);
   f.limit = time_step_limit(scene.time, scene.grid.cell_size, start);
   double dt = f.limit.dt;
   if (scene.time.mode == TimeStepMode::fixed) {

@@ -64,6 +64,26 @@ double reach(const GridGeometry& grid, Contact contact) {
 
 }  // namespace
 
+const char* name(Contact contact) {
+  switch (contact) {
+    case Contact::sticky:
+      return "sticky";
+    case Contact::slip:
+      return "slip";
+    case Contact::separating:
+      return "separating";
+  }
+  return "unknown";
+}
+
+void settle_center(Collider& collider) {
+  const Bounds b = bounds(collider.shape);
+  if (collider.center)
+    collider.motion.center = *collider.center;
+  else if (b.lower.allFinite() && b.upper.allFinite())
+    collider.motion.center = b.center();
+}
+
 std::vector<NodeConstraint> node_constraints(const GridGeometry& grid, const Faces& faces,
                                              const std::vector<Collider>& colliders, const std::vector<Int3>& nodes) {
   check_faces(grid, faces);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "bulkley/particle/mesh_shape.hpp"
 #include "bulkley/particle/shape_keys.hpp"
 
 namespace bulkley {
@@ -123,11 +124,10 @@ bool turns(const RigidMotion& motion) {
 
 /// The centre of the motion is that of the shape unless it is given.
 void choose_center(const Value& table, Collider& collider, Faults& faults) {
-  if (table.find("center")) return;
+  settle_center(collider);
   const Bounds b = bounds(collider.shape);
-  if (b.lower.allFinite() && b.upper.allFinite())
-    collider.motion.center = b.center();
-  else if (turns(collider.motion))
+  const bool is_endless = !waits_for_mesh(collider.shape) && !(b.lower.allFinite() && b.upper.allFinite());
+  if (!collider.center && is_endless && turns(collider.motion))
     faults.add(table.place,
                fmt::format("collider '{}' turns and has no centre of its own; give it a 'center'", collider.name));
 }
@@ -151,7 +151,7 @@ const config::Keys<Collider>& keys(config::Of<Collider>) {
                {.about = "Steady velocity of `center`.", .unit = "m/s"})
           .key("angular_velocity", [](auto& c) -> auto& { return c.motion.angular_velocity; },
                {.about = "Steady spin about `center`.", .unit = "rad/s"})
-          .key("center", [](auto& c) -> auto& { return c.motion.center; },
+          .key("center", &Collider::center,
                {.about = "What it turns about, and what its torque refers to; moves along.",
                 .unit = "m",
                 .default_text = "centre of the shape's bounds"})

@@ -130,6 +130,12 @@ CASES = [
          replace={"cell_size = 0.01": 'cell_size = "small"'}),
     Case("out_of_range", USAGE, r"scene\.toml:14:\d+: .*density.*-200.*greater than 0",
          replace={"density = 200.0": "density = -200.0"}),
+    Case("thin_collider", USAGE, r"scene\.toml:\d+:\d+: collider 'blade' is 0\.005 m thick, 0\.5 cells.* make it 0\.02 m thick",
+         append='[[colliders]]\nname = "blade"\nvelocity = [0, 0, 1]\n'
+                'shape = { type = "box", lower = [0.02, 0.02, 0.01], upper = [0.14, 0.14, 0.015] }\n'),
+    Case("key_frames_out_of_order", USAGE, r"scene\.toml:\d+:\d+: 'colliders\.0\.key_frames\.1\.time' is 0\.1 and must be later",
+         append='[[colliders]]\nname = "rod"\nkey_frames = [{ time = 0.2 }, { time = 0.1 }]\n'
+                'shape = { type = "sphere", center = [0.1, 0.1, 0.1], radius = 0.03 }\n'),
     Case("not_a_number", USAGE, r"scene\.toml:14:\d+: .*density.*nan", replace={"density = 200.0": "density = nan"}),
     Case("broken_toml", USAGE, r"scene\.toml:6:\d+: .*not valid TOML",
          replace={"lower = [0.0, 0.0, 0.0]": "lower = [0.0, 0.0"}),

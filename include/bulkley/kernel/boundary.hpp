@@ -2,6 +2,7 @@
 // Walls and rigid colliders: velocity constraints on grid nodes (docs/theory.md, "Boundaries").
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,8 @@ enum class Contact {
   slip,        ///< no normal velocity in either direction, no friction
   separating,  ///< no normal velocity into the wall; Coulomb friction while pressed against it
 };
+
+const char* name(Contact contact);
 
 enum class FaceKind { sticky, slip, separating, periodic, outflow, open };
 
@@ -33,9 +36,14 @@ struct Collider {
   std::string name;
   Shape shape;
   Contact contact = Contact::sticky;
-  double friction = 0.0;  ///< Coulomb coefficient, separating only
+  double friction = 0.0;       ///< Coulomb coefficient, separating only
   RigidMotion motion;          ///< prescribed; none by default
+  std::optional<Vec3> center;  ///< m, of the motion, where the scene gives one; see settle_center
 };
+
+/// Makes `collider.center` the centre of its motion, or else the centre of its shape's bounds where those are finite. To be
+/// called again once a mesh has been read. Not collective.
+void settle_center(Collider& collider);
 
 /// One constraint on one node. Constraints on a node are applied in the order of the list.
 struct NodeConstraint {
