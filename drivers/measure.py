@@ -185,6 +185,9 @@ def measure_spin(run):
                                     for name in ("center_of_mass", "momentum", "angular_momentum"))
     momentum = about_origin - np.cross(center, linear)
     start = momentum[0]
+    scale = history["mass"][0] * max(history[f"upper_{axis}"][0] - history[f"lower_{axis}"][0] for axis in "xyz")
+    if np.linalg.norm(start) <= 1e-9 * scale * history["max_speed"][0]:
+        raise MissingData(f"in '{run.folder}' nothing spins at the start")
     kinetic = history["kinetic_energy"] - 0.5 * (linear**2).sum(axis=1) / history["mass"]
     kinetic, elastic = kinetic / kinetic[0], history["elastic_energy"] / kinetic[0]
     return {"time": history["time"], "momentum": momentum @ start / (start @ start), "kinetic": kinetic, "elastic": elastic,
