@@ -3,9 +3,9 @@
 
     pvpython --force-offscreen-rendering drivers/paraview/check_output.py --run DIR [--particles N]
 
-Opens frames.xdmf, grid.xdmf and tiles.xdmf (if there) and the newest checkpoint's sidecar with both of ParaView's XDMF
+Opens frames.xdmf, and grid.xdmf, tiles.xdmf and colliders.xdmf (if there), and the newest checkpoint's sidecar with both of ParaView's XDMF
 readers and compares points, cells, bounds, times, names, components and ranges of the fields with what the HDF5 files
-themselves say (read by h5py). Needs no display. Exit code: 0 all agree; 1 something differs, one sentence each; 2 nothing to
+themselves say (read by h5py); colliders also with the poses that the frames have. Needs no display. Exit code: 0 all agree; 1 something differs, one sentence each; 2 nothing to
 check.
 """
 
@@ -30,12 +30,15 @@ class Moment:
 
     def __init__(self, folder, element):
         self.time = float(element.find("Time").get("Value"))
+        self.on_cells = element.get("Name") in ("tiles", "colliders")
         items = [item.text.strip() for item in element.iter("DataItem") if item.get("Format") == "HDF"]
+        if element.get("Name") == "colliders":
+            self.read_colliders(folder, *items)
+            return
         self.file = folder / items[0].split(":")[0]
         with h5py.File(self.file, "r") as data:
             if abs(float(data.attrs["time"]) - self.time) > TOLERANCE * abs(self.time):
                 raise ValueError(f"{self.file.name} is of time {data.attrs['time']}, the series says {self.time}")
-            self.on_cells = element.get("Name") == "tiles"
             if self.on_cells:
                 self.read_mesh(data["tiles"], "tile_size")
             elif element.get("Name") == "grid":
@@ -51,6 +54,28 @@ class Moment:
         self.fields = {name: ranges(array, self.n_points) for name, array in group.items()
                        if name not in ("position", "connectivity")}
 
+    def read_colliders(self, folder, triangles, vertices, owner):
+        triangles, vertices, owner = (read_item(folder, item) for item in (triangles, vertices, owner))
+        self.n_points, self.n_cells = len(vertices), len(triangles)
+        self.bounds = numpy.column_stack([vertices.min(axis=0), vertices.max(axis=0)]).ravel()
+        self.fields = {"collider": ranges(owner, len(owner))}
+        if not close(vertices, self.posed(folder, triangles, owner)):
+            raise ValueError(f"colliders at time {self.time} are not where their poses put them")
+
+    def posed(self, folder, triangles, owner):
+        """The vertices by the poses in the frame of this time."""
+        for path in folder.glob("frame_*.h5"):
+            with h5py.File(path, "r") as data:
+                if float(data.attrs["time"]) == self.time:
+                    rotation, translation = data["colliders/rotation"][:], data["colliders/translation"][:]
+                    break
+        else:
+            raise ValueError(f"there is no frame of time {self.time}, of which there are colliders")
+        vertices = read_item(folder, "colliders.h5:/colliders/vertices").astype(float)
+        of_vertex = numpy.zeros(len(vertices), int)
+        of_vertex[triangles.ravel()] = numpy.repeat(owner, 3)
+        return numpy.einsum("nij,nj->ni", rotation[of_vertex], vertices) + translation[of_vertex]
+
     def read_mesh(self, group, spacing):
         shape = numpy.array(next(iter(group.values())).shape[:3])
         cells = shape if self.on_cells else shape - 1
@@ -58,6 +83,12 @@ class Moment:
         lower = numpy.array(group.attrs["origin"])
         self.bounds = numpy.column_stack([lower, lower + group.attrs[spacing] * cells[::-1]]).ravel()
         self.fields = {name: ranges(array, int(numpy.prod(shape))) for name, array in group.items()}
+
+
+def read_item(folder, item):
+    file, path = item.split(":")
+    with h5py.File(folder / file, "r") as data:
+        return data[path][:]
 
 
 def ranges(array, n_values):
@@ -112,7 +143,7 @@ def main():
     options = parser.parse_args()
 
     checkpoints = sorted(options.run.glob("checkpoint_*.xdmf"))
-    meshes = [options.run / "grid.xdmf", options.run / "tiles.xdmf"]
+    meshes = [options.run / f"{name}.xdmf" for name in ("grid", "tiles", "colliders")]
     paths = [path for path in (options.run / "frames.xdmf", *meshes, *checkpoints[-1:]) if path.exists()]
     if not paths:
         print(f"check_output.py: there are no frames and no checkpoint in '{options.run}'", file=sys.stderr)

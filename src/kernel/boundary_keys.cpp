@@ -60,7 +60,7 @@ const config::Keys<Face>& keys(config::Of<Face>) {
           .key("type", &Face::kind, {.about = "What the face does.", .required = true})
           .key("friction", &Face::friction, friction_rule())
           .only_with("type = \"separating\"", [](const Face& face) { return face.kind == FaceKind::separating; })
-          .key("velocity", &Face::velocity, {.about = "RigidMotion of the wall along itself.", .unit = "m/s"})
+          .key("velocity", &Face::velocity, {.about = "Motion of the wall along itself.", .unit = "m/s"})
           .only_with("type = \"sticky\"", [](const Face& face) { return face.kind == FaceKind::sticky; });
   return table;
 }
@@ -99,15 +99,11 @@ const config::Keys<KeyFrame>& keys(config::Of<KeyFrame>) {
 
 namespace {
 
-/// Key frames stand alone and in order.
+/// Key frames are several and in order; none at all is as if there were no list.
 void check_key_frames(const Value& table, const RigidMotion& motion, Faults& faults) {
   const Value* list = table.find("key_frames");
   if (!list) return;
-  for (const char* steady : {"velocity", "angular_velocity"})
-    if (const Value* given = table.find(steady))
-      faults.add(given->place,
-                 fmt::format("'{}' is given beside 'key_frames'; an obstacle has one or the other", given->path));
-  if (motion.key_frames.size() < 2)
+  if (motion.key_frames.size() == 1)
     faults.add(list->place, fmt::format("'{}' must hold at least two key frames", list->path));
   for (std::size_t k = 1; k < motion.key_frames.size(); ++k)
     if (!(motion.key_frames[k].time > motion.key_frames[k - 1].time))
@@ -135,6 +131,7 @@ void choose_center(const Value& table, Collider& collider, Faults& faults) {
 }  // namespace
 
 const config::Keys<Collider>& keys(config::Of<Collider>) {
+  const auto steady = [](const Collider& collider) { return collider.motion.key_frames.empty(); };
   static const auto table =
       config::Keys<Collider>(
           "A rigid obstacle, fixed unless it has a velocity or key frames. history.csv holds the force on it "
@@ -149,8 +146,10 @@ const config::Keys<Collider>& keys(config::Of<Collider>) {
           .only_with("contact = \"separating\"", [](const Collider& c) { return c.contact == Contact::separating; })
           .key("velocity", [](auto& c) -> auto& { return c.motion.velocity; },
                {.about = "Steady velocity of `center`.", .unit = "m/s"})
+          .only_with("no key_frames", steady)
           .key("angular_velocity", [](auto& c) -> auto& { return c.motion.angular_velocity; },
                {.about = "Steady spin about `center`.", .unit = "rad/s"})
+          .only_with("no key_frames", steady)
           .key("center", &Collider::center,
                {.about = "What it turns about, and what its torque refers to; moves along.",
                 .unit = "m",

@@ -116,7 +116,10 @@ std::vector<Vec3> clipped(const std::vector<Vec3>& polygon, const Plane& plane, 
     const double at_a = signed_distance(half_space, a), at_b = signed_distance(half_space, b);
     if (at_a <= 0.0) kept.push_back(a);
     if ((at_a <= 0.0) == (at_b <= 0.0)) continue;
-    kept.push_back(a + at_a / (at_a - at_b) * (b - a));
+    // From the inner end, so that both faces at an edge find the very same point.
+    const double inner = std::min(at_a, at_b), outer = std::max(at_a, at_b);
+    const Vec3 &from = at_a <= 0.0 ? a : b, &to = at_a <= 0.0 ? b : a;
+    kept.push_back(from + inner / (inner - outer) * (to - from));
     cut.push_back(kept.back());
   }
   return kept;

@@ -66,19 +66,22 @@ class Light:
             hidden = sum(height_map.hidden(points + normals * self.pixel, self.bias) for height_map in self.maps)
         return (1.0 - hidden / len(self.maps)).astype(numpy.float32)
 
-    def brightness(self, points, normals):
-        """What a colour is multiplied with."""
+    def brightness(self, points, normals, camera=None):
+        """What colours are multiplied with, and the highlight that `camera` sees on a glossy surface (without it: 0)."""
         toward = normals @ self.toward
-        # Light that reaches a little around the edge, as in a bright room.
-        direct = numpy.clip((toward + 0.4) / 1.4, 0.0, 1.0)
         # What faces away is dark by its direction already; a shadow of its own would only show the pixels of the map.
-        in_shadow = (1.0 - self.visible(points, normals)) * numpy.clip((toward + 0.1) / 0.4, 0.0, 1.0)
+        seen = numpy.ones(len(points), numpy.float32)
+        facing = toward > -0.1
+        seen[facing] = self.visible(points[facing], normals[facing])
+        in_shadow = (1.0 - seen) * numpy.clip((toward + 0.1) / 0.4, 0.0, 1.0)
+        # Light that reaches a little around the edge, as in a bright room.
+        direct = numpy.clip((toward + 0.4) / 1.4, 0.0, 1.0) * (1.0 - in_shadow)
         sky = 0.85 + 0.15 * normals[:, 2]
-        return self.ambient * sky + (1.0 - self.ambient) * 1.08 * direct * (1.0 - in_shadow)
-
-    def highlight(self, points, normals, camera):
+        factor = self.ambient * sky + (1.0 - self.ambient) * 1.08 * direct
+        if camera is None:
+            return factor, 0.0
         half = unit_rows(unit_rows(camera - points) + self.toward)
-        return numpy.clip(numpy.sum(half * normals, axis=1), 0.0, 1.0) ** 40 * self.visible(points, normals)
+        return factor, numpy.clip(numpy.sum(half * normals, axis=1), 0.0, 1.0) ** 40 * seen * (toward > 0.0)
 
 
 def unit_rows(vectors):

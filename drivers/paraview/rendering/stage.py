@@ -18,7 +18,7 @@ from rendering.surface import Surface, particle_normals
 
 WIDTH_BESIDE_LEGEND = 0.82  # part of the picture
 FLOOR_POINTS = 560  # along the longer side
-MOST_TRIANGLES = 150_000  # of one collider, roughly
+MOST_TRIANGLES = 60_000  # of one collider, roughly
 FEATURE_ANGLE = 35.0  # degrees; sharper edges of colliders stay sharp
 
 
@@ -45,6 +45,7 @@ class Stage:
         self.remark_strangers()
         self.field = self.chosen_field()
         self.shown = []  # proxies of the present frame
+        self.meshes = {}  # of colliders by name, with the corners they were made from: most stay where they are
         self.domain = look.crop() or series.domain() or self.bounds_of_material()
         self.subject = self.bounds_of_material() if look["camera.fit"] == "material" else self.domain
         self.reach = max(u - l for l, u in zip(*self.subject))
@@ -241,7 +242,8 @@ class Stage:
         self.shown = []
         particles = self.reader.particles(number)
         colliders = self.collider_meshes(number)
-        casters = [particles.position] + [mesh[0] for _, mesh in colliders]
+        # Glass throws no shadow.
+        casters = [particles.position] + [mesh[0] for name, mesh in colliders if self.opacity(name) == 1.0]
         light = Light(self.look, self.toward_light, numpy.concatenate(casters), particles.spacing)
         if len(particles.position):
             draw = self.draw_spheres if self.look["particles.representation"] == "spheres" else self.draw_surfaces
@@ -255,7 +257,7 @@ class Stage:
 
     def draw_spheres(self, particles, light):
         normals = particle_normals(particles, numpy.asarray(self.camera[0], float))
-        colors = self.particle_colors(particles) * light.brightness(particles.position, normals)[:, None]
+        colors = self.particle_colors(particles) * light.brightness(particles.position, normals)[0][:, None]
         display = self.show(poly_data(particles.position, bytes_of(colors)))
         display.SetRepresentationType("Point Gaussian")
         display.ShaderPreset = "Custom"
@@ -273,9 +275,9 @@ class Stage:
             else:
                 scalars = particles.scalars(self.field, self.look["particles.component"])
                 colors = self.field_colors(surface.values(particles, chosen, scalars))
-            colors = colors * light.brightness(surface.points, surface.normals)[:, None]
             camera = numpy.asarray(self.camera[0], float)
-            colors = colors + self.look["surface.gloss"] * light.highlight(surface.points, surface.normals, camera)[:, None]
+            factor, highlight = light.brightness(surface.points, surface.normals, camera)
+            colors = colors * factor[:, None] + self.look["surface.gloss"] * highlight[:, None]
             self.show(poly_data(surface.points, bytes_of(colors), surface.triangles))
 
     # --- colliders and floor --------------------------------------------------------------------------------------------
@@ -289,17 +291,23 @@ class Stage:
         result = []
         for collider in numpy.unique(owner):
             name = self.collider_names[collider] if collider < len(self.collider_names) else str(collider)
-            if name not in self.look["colliders.hidden"]:
-                result.append((name, fine_mesh(vertices, triangles[owner == collider], self.reach / 200)))
+            if name in self.look["colliders.hidden"] or self.opacity(name) == 0.0:
+                continue
+            corners = vertices[triangles[owner == collider]]
+            if name not in self.meshes or not numpy.array_equal(self.meshes[name][0], corners):
+                mesh = fine_mesh(vertices, triangles[owner == collider], self.reach / 200)
+                self.meshes[name] = corners, mesh
+            result.append((name, self.meshes[name][1]))
         return result
+
+    def opacity(self, name):
+        return self.look["colliders.opacities"].get(name, self.look["colliders.opacity"])
 
     def draw_collider(self, name, points, triangles, normals, light):
         look = self.look
         color = numpy.array([rgb(look["colliders.colors"].get(name, look["colliders.color"]))], numpy.float32)
-        colors = color * light.brightness(points, normals)[:, None]
-        opacity = look["colliders.opacities"].get(name, look["colliders.opacity"])
-        if opacity > 0.0:
-            self.show(poly_data(points, bytes_of(colors), triangles), opacity)
+        colors = color * light.brightness(points, normals)[0][:, None]
+        self.show(poly_data(points, bytes_of(colors), triangles), self.opacity(name))
 
     def draw_floor(self, light):
         look, (lower, upper) = self.look, self.domain
@@ -323,7 +331,8 @@ class Stage:
         color = numpy.tile(numpy.array(rgb(look["floor.color"])), (len(points), 1))
         if look["floor.grid"]:
             color *= 1.0 - 0.06 * grid_lines(points, nice_distance(max(size) / 8.0), 0.7 * spacing)[:, None]
-        color *= (1.0 - 0.75 * (1.0 - look["light.ambient"]) * (1.0 - light.visible(points)))[:, None]
+        lit = blurred(light.visible(points).reshape(counts[1] + 1, counts[0] + 1)).ravel()
+        color *= (1.0 - 0.75 * (1.0 - look["light.ambient"]) * (1.0 - lit))[:, None]
         beyond = numpy.linalg.norm([numpy.maximum(numpy.maximum(lower[a] - points[:, a], points[:, a] - upper[a]), 0.0)
                                     for a in range(2)], axis=0)
         fade = numpy.clip(beyond / margin, 0.0, 1.0)[:, None] if margin > 0.0 else numpy.zeros((len(points), 1))
@@ -352,6 +361,17 @@ def nice_distance(length):
     """The nearest of 1, 2, 5 times a power of ten."""
     power = 10.0 ** math.floor(math.log10(length))
     return min((factor * power for factor in (1, 2, 5, 10)), key=lambda d: abs(math.log(d / length)))
+
+
+def blurred(field):
+    """One two one along both axes: no steps where the floor's points and the pixels of the shadow beat."""
+    for axis in range(2):
+        ends = [(1, 1) if axis == a else (0, 0) for a in range(2)]
+        wide = numpy.pad(field, ends, mode="edge")
+        n = field.shape[axis]
+        before, here, after = (numpy.take(wide, range(i, i + n), axis=axis) for i in range(3))
+        field = 0.25 * before + 0.5 * here + 0.25 * after
+    return field
 
 
 def grid_lines(points, distance, half_width):

@@ -159,7 +159,11 @@ struct Codec<std::vector<T>> : PlainCodec {
     for (const T& entry : x) list.items.push_back(Codec<T>::write(entry));
     return list;
   }
-  static void describe(const std::string& path, std::vector<TableText>& out) { Codec<T>::describe("[" + path + "]", out); }
+  static void describe(const std::string& path, std::vector<TableText>& out) {
+    std::string inner = path;
+    std::erase_if(inner, [](char c) { return c == '[' || c == ']'; });  // of a list around this one
+    Codec<T>::describe("[" + inner + "]", out);
+  }
 };
 
 }  // namespace bulkley::config

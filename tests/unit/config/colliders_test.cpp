@@ -49,11 +49,11 @@ TEST(SceneColliders, FollowKeyFrames) {
 
 TEST(SceneFaults, KeyFramesStandAloneAndInOrder) {
   EXPECT_EQ(faults_of(with_rod("key_frames = [{ time = 0.1 }]\n")),
-            "s.toml:16:1: 'colliders.0.key_frames' must hold at least two key frames");
+            "s.toml:16:14: 'colliders.0.key_frames' must hold at least two key frames");
   EXPECT_EQ(faults_of(with_rod("key_frames = [{ time = 0.1 }, { time = 0.1 }]\n")),
             "s.toml:16:31: 'colliders.0.key_frames.1.time' is 0.1 and must be later than that of the key frame before, 0.1");
   EXPECT_EQ(faults_of(with_rod("velocity = [1, 0, 0]\nkey_frames = [{ time = 0.1 }, { time = 0.2 }]\n")),
-            "s.toml:16:1: 'colliders.0.velocity' is given beside 'key_frames'; an obstacle has one or the other");
+            "s.toml:16:1: 'colliders.0.velocity' is given but counts only with no key_frames");
   EXPECT_EQ(faults_of(small_scene + "[[colliders]]\nname = \"drum\"\nangular_velocity = [0, 0, 1]\nshape = { type = "
                                     "\"complement\", parts = [{ type = \"sphere\", center = [0, 0, 0], radius = 1 }] }\n"),
             "s.toml:13:1: collider 'drum' turns and has no centre of its own; give it a 'center'");

@@ -1,4 +1,5 @@
-// Writes a small run as the program would: frames (one of them empty), a grid, tiles and a checkpoint, of a ball that falls.
+// Writes a small run as the program would: frames (one of them empty), a grid, tiles, colliders and a checkpoint, of a ball
+// that falls.
 // Usage: write_sample_run FOLDER
 
 #include <petscsys.h>
@@ -77,6 +78,19 @@ struct SampleTiles {
   std::vector<double> load;
 };
 
+/// One that rests and one that turns as it rises.
+std::vector<Collider> make_colliders() {
+  std::vector<Collider> colliders(2);
+  colliders[0].name = "stone";
+  colliders[0].shape = {Sphere{{0.2, 0.2, 0.1}, 0.1}};
+  colliders[1].name = "paddle";
+  colliders[1].shape = {Box{{0.7, 0.3, 0.1}, {0.9, 0.5, 0.15}}};
+  colliders[1].motion.velocity = Vec3(0.0, 0.0, 1.0);
+  colliders[1].motion.angular_velocity = Vec3(0.0, 5.0, 0.0);
+  colliders[1].motion.center = Vec3(0.8, 0.4, 0.125);
+  return colliders;
+}
+
 void write_run(const Comm& comm, const std::string& folder) {
   const std::vector<NamedMaterial> materials{{"cream", HerschelBulkley{}}, {"pie", NeoHookean{}}};
   OutputSettings settings;
@@ -93,11 +107,13 @@ void write_run(const Comm& comm, const std::string& folder) {
     write_text_atomically(path_in(folder, "scene.toml"),
                           "[domain]\nlower = [0.0, 0.0, 0.0]\nupper = [1.0, 0.8, 0.6]\ncell_size = 0.1\n");
   });
+  const ColliderSurfaces colliders(make_colliders(), {Vec3::Zero(), Vec3(1.0, 0.8, 0.6)});
+  colliders.write(comm, folder);
   FrameSeries series(comm, folder, -1);
   for (GlobalIndex index = 0; index < 4; ++index) {
     const double time = 0.04 * static_cast<double>(index);
     const ParticleSet particles = index == 2 ? ParticleSet(fields) : make_ball(comm, 0.4 - 5.0 * time * 0.5);
-    write_frame(comm, folder, {index, 10 * index, time, 0}, particles, materials, settings, &grid, &tiles);
+    write_frame(comm, folder, {index, 10 * index, time, 0}, particles, materials, settings, &grid, &tiles, &colliders);
     series.add(comm, index);
   }
   CheckpointHeader header;
