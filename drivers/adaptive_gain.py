@@ -74,7 +74,6 @@ class Study:
         # Frames at the start and at the end only: no output shortens steps.
         self.settings += [f"output.history_interval={HISTORY_INTERVAL}", f"output.frame_interval={self.number('time', 'end')}",
                           'output.fields=["velocity"]', "checkpoint.at_end=false"]
-        self.runs = {}
 
     def run(self, name, settings):
         """The outcome of the figure's scene with `settings`, from its folder if it ran before."""
@@ -97,7 +96,6 @@ class Study:
             log.write_text(json.dumps({"told": told, "fault": fault}), encoding="utf-8")
         fault = json.loads(log.read_text(encoding="utf-8"))["fault"]
         outcome = Outcome(name, folder, fault or energy_fault(Run(folder)))
-        self.runs[name] = outcome
         print(f"figure {self.figure}, {name}: {outcome.fault or 'ended'}", file=sys.stderr, flush=True)
         return outcome
 
@@ -229,13 +227,13 @@ def study_figure(figure, options):
         if outcome.fault:
             sys.exit(f"adaptive_gain.py: figure {figure}, {outcome.name}: {outcome.fault}")
     adaptive = Run(ours.folder)
-    careful_step = careful(study, adaptive)
+    within, step = careful(study, adaptive)
     start = limits(adaptive)
     guess = min(start["elastic"][0] / adaptive.scene["time"]["elastic_cfl"], start["speed"][0] / adaptive.scene["time"]["cfl"])
-    lucky = largest_stable(study, careful_step, guess) or study.runs["fixed_careful"]
+    lucky = largest_stable(study, step, guess) or within
     truth = Run(reference.folder)
     rows = [describe(name, Run(outcome.folder), truth)
-            for name, outcome in (("fixed, the report's", reference), ("fixed, within the limits", study.runs["fixed_careful"]),
+            for name, outcome in (("fixed, the report's", reference), ("fixed, within the limits", within),
                                   ("fixed, largest stable", lucky), ("adaptive, the report's factors", theirs),
                                   ("adaptive, the program's default", plain), ("adaptive, the scene's", ours))]
     return {"figure": figure, "rows": rows, "limits": {name: [float(values[0]), float(values.min()), float(np.median(values))]
@@ -244,12 +242,13 @@ def study_figure(figure, options):
 
 
 def careful(study, adaptive):
-    """Step of the run `fixed_careful`: the largest that the program accepts throughout, by what the adaptive run has shown; less
-    where the limits of the run itself turn out to be smaller."""
+    """The run with the largest fixed step that the program accepts throughout, by what the adaptive run has shown; smaller where
+    the limits of the run itself turn out to be, and that step."""
     step = smallest_stability_limit(adaptive)
     for _ in range(8):
-        if not study.fixed("fixed_careful", step, allow_unstable=False).fault:
-            return step
+        outcome = study.fixed(f"within_limits_{step:.4g}", step, allow_unstable=False)
+        if not outcome.fault:
+            return outcome, step
         step *= 0.97
     sys.exit(f"adaptive_gain.py: figure {study.figure} has no fixed step within its limits near {step:.3g} s")
 

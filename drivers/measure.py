@@ -178,12 +178,18 @@ def print_collision(options):
 # --- spin -----------------------------------------------------------------------------------------------------------------
 
 def measure_spin(run):
-    """Time, angular momentum over its first value, and kinetic, elastic and total energy over the first kinetic one."""
+    """Time; angular momentum about the centre of mass, along its first direction and over its first value; kinetic, elastic and
+    total energy over the first kinetic one, without the motion of the centre of mass."""
     history = run.history
-    start = np.array([history[f"angular_momentum_{axis}"][0] for axis in "xyz"])
-    momentum = np.stack([history[f"angular_momentum_{axis}"] for axis in "xyz"], axis=1)
-    scale = history["kinetic_energy"][0]
-    kinetic, elastic = history["kinetic_energy"] / scale, history["elastic_energy"] / scale
+    center, linear, about_origin = (np.stack([history[f"{name}_{axis}"] for axis in "xyz"], axis=1)
+                                    for name in ("center_of_mass", "momentum", "angular_momentum"))
+    momentum = about_origin - np.cross(center, linear)
+    start = momentum[0]
+    scale = history["mass"][0] * max(history[f"upper_{axis}"][0] - history[f"lower_{axis}"][0] for axis in "xyz")
+    if np.linalg.norm(start) <= 1e-9 * scale * history["max_speed"][0]:
+        raise MissingData(f"in '{run.folder}' nothing spins at the start")
+    kinetic = history["kinetic_energy"] - 0.5 * (linear**2).sum(axis=1) / history["mass"]
+    kinetic, elastic = kinetic / kinetic[0], history["elastic_energy"] / kinetic[0]
     return {"time": history["time"], "momentum": momentum @ start / (start @ start), "kinetic": kinetic, "elastic": elastic,
             "total": kinetic + elastic}
 

@@ -114,9 +114,23 @@ TEST(ShippedScenes, AreSound) {
 
 TEST(ShippedScenes, TakeTheOverridesTheyRecommend) {
   const auto scene = [](const char* name) { return content(source_folder / "drivers" / "scenes" / name); };
-  EXPECT_NO_THROW(parse_scene(scene("colliding_spheres.toml"), "s", {"materials.fluid.preset=pie"}));
+  EXPECT_NO_THROW(parse_scene(scene("figure_8_colliding_balls.toml"), "s", {"materials.fluid.preset=pie"}));
+  EXPECT_NO_THROW(parse_scene(scene("figure_1_oobleck_bunny.toml"), "s", {"materials.fluid.preset=bouncing_oobleck"}));
   EXPECT_NO_THROW(parse_scene(scene("cream_splash.toml"), "s", {"materials.fluid.preset=pie"}));
-  EXPECT_EQ(parse_scene(scene("spinning_disk.toml"), "s", {"transfer.scheme=pic"}).transfer.scheme, TransferScheme::pic);
+  EXPECT_EQ(parse_scene(scene("figure_3_spinning_body.toml"), "s", {"transfer.scheme=pic"}).transfer.scheme,
+            TransferScheme::pic);
+}
+
+TEST(ShippedScenes, OneCellSizeScalesEveryFigure) {
+  int n_figures = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(source_folder / "drivers" / "scenes")) {
+    if (!entry.path().filename().string().starts_with("figure_")) continue;
+    SCOPED_TRACE(entry.path().string());
+    for (const char* cell_size : {"0.025", "0.0125", "0.00125"})
+      EXPECT_NO_THROW(parse_scene(content(entry.path()), "s", {std::string("domain.cell_size=") + cell_size}));
+    ++n_figures;
+  }
+  EXPECT_EQ(n_figures, 8);
 }
 
 TEST(InputReference, IsCurrent) {
