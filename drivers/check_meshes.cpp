@@ -46,9 +46,9 @@ void warn_of(const Mesh& mesh) {
   if (facts.volume < 0.0) warn("faces inwards: it is taken the other way round");
   const WeldCount& dropped = mesh.welded;
   if (dropped.degenerate > 0)
-    warn(fmt::format("lost {} without area", counted(dropped.degenerate, "triangle", "triangles")));
+    warn(fmt::format("has {} without area, dropped", counted(dropped.degenerate, "triangle", "triangles")));
   if (dropped.duplicates > 0)
-    warn(fmt::format("lost {} that it had before", counted(dropped.duplicates, "triangle", "triangles")));
+    warn(fmt::format("has {}, dropped", counted(dropped.duplicates, "repeated triangle", "repeated triangles")));
   if (facts.n_components > 1)
     warn(fmt::format("has {} components; where they overlap they are one solid", facts.n_components));
 }
