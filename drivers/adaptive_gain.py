@@ -94,6 +94,7 @@ class Study:
             if process.returncode == 2:
                 sys.exit(f"adaptive_gain.py: {process.stdout}{process.stderr}")
             fault = said(process.stderr) if process.returncode else ""
+            folder.mkdir(parents=True, exist_ok=True)  # a step that is refused at once leaves none
             log.write_text(json.dumps({"identity": identity, "fault": fault}), encoding="utf-8")
         fault = json.loads(log.read_text(encoding="utf-8"))["fault"]
         outcome = Outcome(name, folder, fault or energy_fault(Run(folder)))

@@ -134,7 +134,7 @@ def print_pieces(options):
         shares = measure_pieces(run, frame)
         large = shares[shares >= WORTH_TELLING]
         rows.append([f"{frame.time:.3f}", str(len(large)), ", ".join(f"{100 * share:.1f}" for share in large[:6]),
-                     f"{100 * (1 - large.sum()):.2f}"])
+                     f"{100 * abs(1 - large.sum()):.2f}"])
     print(markdown(["time [s]", "pieces", "their shares of the mass [%]", "crumbs [%]"], rows))
 
 
