@@ -72,35 +72,38 @@ class Study:
         if options.size == "small":
             self.settings = [f"domain.cell_size={SMALL_CELL}", *self.settings]
         # Frames at the start and at the end only: no output shortens steps.
-        self.settings += [f"output.history_interval={HISTORY_INTERVAL}", f"output.frame_interval={self.number('time', 'end')}",
-                          'output.fields=["velocity"]', "checkpoint.at_end=false"]
+        self.settings += [f"output.history_interval={HISTORY_INTERVAL}",
+                          f"output.frame_interval={self.number('time', 'end')}", 'output.fields=["velocity"]',
+                          "checkpoint.at_end=false"]
 
     def run(self, name, settings):
-        """The outcome of the figure's scene with `settings`, from its folder if it ran before."""
+        """The outcome of the figure's scene with `settings`, from its folder if it has run before."""
         folder = self.options.out / self.options.size / f"figure_{self.figure}" / name
         command = [*self.options.launcher, self.options.program, "run", str(self.scene), "--out", str(folder), "--overwrite",
                    "--quiet"]
         for setting in [*self.settings, *settings]:
             command += ["--set", setting]
-        told = json.dumps([*command, self.scene.read_text(encoding="utf-8")])
+        identity = json.dumps([*command, self.scene.read_text(encoding="utf-8")])
         log = folder / "gain.json"
         if self.options.dry_run:
             print(" ".join(command))
             return None
-        if not (log.is_file() and json.loads(log.read_text(encoding="utf-8"))["told"] == told):
+        if not (log.is_file() and json.loads(log.read_text(encoding="utf-8"))["identity"] == identity):
             process = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, errors="replace",
                                      check=False)
             if process.returncode == 2:
                 sys.exit(f"adaptive_gain.py: {process.stdout}{process.stderr}")
             fault = said(process.stderr) if process.returncode else ""
-            log.write_text(json.dumps({"told": told, "fault": fault}), encoding="utf-8")
+            folder.mkdir(parents=True, exist_ok=True)  # a step that is refused at once leaves none
+            log.write_text(json.dumps({"identity": identity, "fault": fault}), encoding="utf-8")
         fault = json.loads(log.read_text(encoding="utf-8"))["fault"]
         outcome = Outcome(name, folder, fault or energy_fault(Run(folder)))
         print(f"figure {self.figure}, {name}: {outcome.fault or 'ended'}", file=sys.stderr, flush=True)
         return outcome
 
     def fixed(self, name, step, allow_unstable=True):
-        return self.run(name, ["time.mode=fixed", f"time.step={step:.6g}", f"time.allow_unstable={str(allow_unstable).lower()}"])
+        allowed = str(allow_unstable).lower()
+        return self.run(name, ["time.mode=fixed", f"time.step={step:.6g}", f"time.allow_unstable={allowed}"])
 
     def number(self, table, key):
         """A number of the scene in effect."""
@@ -118,8 +121,8 @@ def said(text):
 
 
 def energies(run):
-    """Sum of all energies, what was dissipated included, and the energy at hand at the start: of motion, and of the fall to the
-    floor."""
+    """Sum of all energies, what was dissipated included, and the energy at hand at the start: of motion, and of the fall to
+    the floor."""
     history = run.history
     total = sum(history[f"{kind}_energy"] for kind in ("kinetic", "elastic", "gravitational", "dissipated"))
     fall = history["mass"][0] * max(run.gravity, 0.0) * (history["lower_z"][0] - run.floor)
@@ -157,7 +160,8 @@ def limits(run):
     """Each limit of (T26) on every row of the history, in s, by name."""
     history, time, dx = run.history, run.scene["time"], run.cell_size
     with np.errstate(divide="ignore"):
-        return {"speed": time["cfl"] * dx / history["max_speed"], "elastic": time["elastic_cfl"] * dx / history["max_wave_speed"],
+        return {"speed": time["cfl"] * dx / history["max_speed"],
+                "elastic": time["elastic_cfl"] * dx / history["max_wave_speed"],
                 "deformation": 0.8 * time["deformation_limit"] / history["max_velocity_gradient"]}
 
 
@@ -186,9 +190,13 @@ def body_size(run):
 
 
 def center_difference(run, reference):
-    """Largest distance of the centres of mass at the same time over the body's size, in percent."""
-    apart = [run.history[f"center_of_mass_{axis}"] - np.interp(run.history["time"], reference.history["time"],
-                                                               reference.history[f"center_of_mass_{axis}"]) for axis in "xyz"]
+    """Largest distance of the ways that the centres of mass have gone by the same time over the body's size, in percent."""
+    def way(one, axis):
+        path = one.history[f"center_of_mass_{axis}"]
+        return path - path[0]
+
+    then, times = run.history["time"], reference.history["time"]
+    apart = [way(run, axis) - np.interp(then, times, way(reference, axis)) for axis in "xyz"]
     return 100 * float(np.sqrt(sum(part**2 for part in apart)).max()) / body_size(reference)
 
 
@@ -202,13 +210,15 @@ def shape_difference(run, reference):
     return 100 * (either - shared) / either
 
 
-def describe(name, run, reference):
-    """One row of the table of runs."""
+def describe(name, run, reference, finer):
+    """One row of the table of runs; differences from the smallest fixed step, and from the run on finer cells if there is
+    one."""
     history = run.history
     return {"run": name, "steps": int(history["step"][-1]), "wall": wall_time(run),
             "step": (history["time"][-1] / history["step"][-1]), "trials": int(history["trials"][-1]),
             "rejected": int(history["rejected_steps"][-1]), "shares": limiter_shares(run),
-            "center": center_difference(run, reference), "shape": shape_difference(run, reference),
+            "center": center_difference(run, reference),
+            "center_finer": center_difference(run, finer) if finer else None, "shape": shape_difference(run, reference),
             "energy": 100 * (energies(run)[0].max() - energies(run)[0][0]) / energies(run)[1]}
 
 
@@ -229,21 +239,24 @@ def study_figure(figure, options):
     adaptive = Run(ours.folder)
     within, step = careful(study, adaptive)
     start = limits(adaptive)
-    guess = min(start["elastic"][0] / adaptive.scene["time"]["elastic_cfl"], start["speed"][0] / adaptive.scene["time"]["cfl"])
+    factors = adaptive.scene["time"]
+    guess = min(start["elastic"][0] / factors["elastic_cfl"], start["speed"][0] / factors["cfl"])
     lucky = largest_stable(study, step, guess) or within
-    truth = Run(reference.folder)
-    rows = [describe(name, Run(outcome.folder), truth)
+    finer = None
+    if options.finer:
+        finer = Run(study.run("finer", [f"domain.cell_size={study.number('domain', 'cell_size') / 2:.6g}"]).folder)
+    rows = [describe(name, Run(outcome.folder), Run(reference.folder), finer)
             for name, outcome in (("fixed, the report's", reference), ("fixed, within the limits", within),
                                   ("fixed, largest stable", lucky), ("adaptive, the report's factors", theirs),
                                   ("adaptive, the program's default", plain), ("adaptive, the scene's", ours))]
-    return {"figure": figure, "rows": rows, "limits": {name: [float(values[0]), float(values.min()), float(np.median(values))]
-                                                       for name, values in start.items()},
+    told_limits = {name: [float(values[0]), float(values.min()), float(np.median(values))] for name, values in start.items()}
+    return {"figure": figure, "rows": rows, "limits": told_limits,
             "elastic_cfl": adaptive.scene["time"]["elastic_cfl"], "particles": int(adaptive.history["particles"][0])}
 
 
 def careful(study, adaptive):
-    """The run with the largest fixed step that the program accepts throughout, by what the adaptive run has shown; smaller where
-    the limits of the run itself turn out to be, and that step."""
+    """The run with the largest fixed step that the program accepts throughout, by what the adaptive run has shown, and that
+    step; smaller where the limits of the run itself turn out to be."""
     step = smallest_stability_limit(adaptive)
     for _ in range(8):
         outcome = study.fixed(f"within_limits_{step:.4g}", step, allow_unstable=False)
@@ -263,8 +276,8 @@ def summary(studies):
         gains = [f"{row['steps'] / ours['steps']:.2f} ({row['wall'] / ours['wall']:.2f})" for row in others]
         rows.append([study["figure"], str(study["particles"]), *gains, f"{ours['center']:.2f}", f"{ours['shape']:.1f}"])
     return markdown(["figure", "particles", "over the report's fixed step", "over the fixed step within the limits",
-                     "over the largest stable", "over the report's adaptive step", "over the program's default", "centre of mass off by [%]",
-                     "last shape off by [%]"], rows)
+                     "over the largest stable", "over the report's adaptive step", "over the program's default",
+                     "centre of mass off by [%]", "last shape off by [%]"], rows)
 
 
 def table_of_runs(study):
@@ -272,9 +285,15 @@ def table_of_runs(study):
     for row in study["rows"]:
         shares = ", ".join(f"{name} {share:.0f}" for name, share in row["shares"].items() if share >= 0.5)
         rows.append([row["run"], f"{row['step']:.3g}", str(row["steps"]), f"{row['wall']:.1f}", shares,
-                     f"{row['trials']}, {row['rejected']}", f"{row['center']:.2f}", f"{row['shape']:.1f}", f"{row['energy']:+.2f}"])
+                     f"{row['trials']}, {row['rejected']}", f"{row['center']:.2f}", told(row["center_finer"]),
+                     f"{row['shape']:.1f}", f"{row['energy']:+.2f}"])
     return markdown(["run", "mean step [s]", "steps", "wall time [s]", "limited by [% of steps]", "trials, rejected steps",
-                     "centre of mass off by [%]", "last shape off by [%]", "largest growth of the energy [%]"], rows)
+                     "centre of mass off by [%]", "and from finer cells [%]", "last shape off by [%]",
+                     "largest growth of the energy [%]"], rows)
+
+
+def told(number):
+    return "-" if number is None else f"{number:.2f}"
 
 
 def table_of_limits(studies):
@@ -304,6 +323,8 @@ def parse_arguments():
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="for every run, as of bulkley run")
     parser.add_argument("--program", default=os.environ.get("BULKLEY", str(ROOT / "build" / "bulkley")))
     parser.add_argument("--mpiexec", default="mpirun")
+    parser.add_argument("--finer", action="store_true",
+                        help="run each scene on cells of half the width, too, at 16 times the cost, and compare with that")
     parser.add_argument("--dry-run", action="store_true", help="print the commands that are known beforehand, run nothing")
     options = parser.parse_args()
     options.figures = options.figures.split(",")

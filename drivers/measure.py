@@ -72,7 +72,8 @@ def measure_rebound(run):
                   ("speed of leaving over speed of impact", -speed[leave] / speed[impact], "")]
     low = impact + np.argmin(height[impact:(flights[0][1] if flights else len(height) - 1) + 1])
     facts += [("jumps", float(len(jumps)), ""),
-              ("rebound: highest position of the lowest point above the floor", max((j[2] for j in jumps), default=0.0), "m"),
+              ("rebound: highest position of the lowest point above the floor",
+               max((jump[2] for jump in jumps), default=0.0), "m"),
               ("rise of the centre of mass after its lowest position", height[low:].max() - height[low], "m"),
               ("height of the centre of mass above the floor at the end", height[-1] - run.floor, "m"),
               ("smallest volume ratio", history["min_volume_ratio"].min(), "")]
@@ -108,8 +109,8 @@ def print_spread(options):
     rows = []
     for frame in nearest(run.frames(), options.times or spaced(run)):
         found = measure_spread(run, frame)
-        rows.append([f"{frame.time:.3f}", f"{found['height']:.4f}", f"{found['footprint'] * 1e4:.1f}", f"{found['seen'] * 1e4:.1f}",
-                     f"{found['width'][0]:.3f} x {found['width'][1]:.3f}"])
+        rows.append([f"{frame.time:.3f}", f"{found['height']:.4f}", f"{found['footprint'] * 1e4:.1f}",
+                     f"{found['seen'] * 1e4:.1f}", f"{found['width'][0]:.3f} x {found['width'][1]:.3f}"])
     print(markdown(["time [s]", "height [m]", "on the floor [cm^2]", "seen from above [cm^2]", "width [m]"], rows))
 
 
@@ -133,7 +134,7 @@ def print_pieces(options):
         shares = measure_pieces(run, frame)
         large = shares[shares >= WORTH_TELLING]
         rows.append([f"{frame.time:.3f}", str(len(large)), ", ".join(f"{100 * share:.1f}" for share in large[:6]),
-                     f"{100 * (1 - large.sum()):.2f}"])
+                     f"{100 * abs(1 - large.sum()):.2f}"])
     print(markdown(["time [s]", "pieces", "their shares of the mass [%]", "crumbs [%]"], rows))
 
 
@@ -178,8 +179,8 @@ def print_collision(options):
 # --- spin -----------------------------------------------------------------------------------------------------------------
 
 def measure_spin(run):
-    """Time; angular momentum about the centre of mass, along its first direction and over its first value; kinetic, elastic and
-    total energy over the first kinetic one, without the motion of the centre of mass."""
+    """Time; angular momentum about the centre of mass, along its first direction and over its first value; kinetic, elastic
+    and total energy over the first kinetic one, without the motion of the centre of mass."""
     history = run.history
     center, linear, about_origin = (np.stack([history[f"{name}_{axis}"] for axis in "xyz"], axis=1)
                                     for name in ("center_of_mass", "momentum", "angular_momentum"))

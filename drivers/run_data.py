@@ -1,4 +1,4 @@
-"""What a run left in its folder, for scripts that measure: history.csv, frames, scene.toml; and pieces of a cloud of points."""
+"""What a run left in its folder, for scripts that measure: history.csv, frames, scene.toml; and pieces of a cloud."""
 
 import csv
 import itertools
@@ -74,7 +74,7 @@ class Frame:
         return self.field("position").astype(float)
 
     def mass_share(self):
-        """Share of each particle in the whole mass; equal shares where frames have no masses, as in scenes of one material."""
+        """Share of each particle in the whole mass; equal ones where frames hold no masses, as is right for one material."""
         mass = self.field("mass").astype(float) if "mass" in self.fields else np.ones(len(self.field("position")))
         return mass / mass.sum()
 
@@ -91,15 +91,15 @@ def cells_of(position, size):
 
 
 def cell_keys(cells):
-    """One number for each cell; numbers of neighbouring cells differ by the same offsets everywhere. Returns the strides, too."""
+    """One number for each cell, and the strides: numbers of neighbouring cells differ by the same offsets everywhere."""
     span = cells.max(axis=0) - cells.min(axis=0) + 3
     strides = np.array([span[1] * span[2], span[2], 1])
     return (cells - cells.min(axis=0) + 1) @ strides, strides
 
 
 def pieces(position, size):
-    """Number of the piece that each point belongs to, 0 the piece with most points. Points are of one piece where their cells of
-    width `size` touch, if only at a corner."""
+    """Number of the piece that each point belongs to, 0 the piece with most points. Points are of one piece where their
+    cells of width `size` touch, if only at a corner."""
     keys, strides = cell_keys(cells_of(position, size))
     cells, cell_of_point = np.unique(keys, return_inverse=True)
     first, second = touching(cells, strides)

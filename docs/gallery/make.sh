@@ -71,8 +71,8 @@ for number in "${numbers[@]}"; do
         facts "$name" rebound
         facts "$name" spread
       done
-      picture figure_1 0,5,7,10,20,45
-      picture figure_1_bouncing 0,5,7,12,40,90 figure_1_bouncing
+      picture figure_1 0,4,7,15,30,100
+      picture figure_1_bouncing 0,5,7,12,28,100 figure_1_bouncing
       ;;
     3)
       for scheme in apic flip pic; do

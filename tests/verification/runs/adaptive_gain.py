@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""drivers/adaptive_gain.py: the search for the largest stable step, what counts as unstable, and one figure, coarse and short."""
+"""drivers/adaptive_gain.py: the search for the largest stable step, what is unstable, and one figure, coarse and short."""
 
 import argparse
 import pathlib

@@ -153,8 +153,8 @@ def check_program(program, work):
     """A ball of rubber, coarse, falls and bounces; then all commands on that run."""
     scene = DRIVERS / "scenes" / "figure_8_colliding_balls.toml"
     out = work / "run"
-    arguments = ["run", str(scene), "--out", str(out), "--quiet", "--set", "domain.cell_size=0.025", "--set", "time.end=0.25",
-                 "--set", "output.history_interval=1"]
+    arguments = ["run", str(scene), "--out", str(out), "--quiet", "--set", "domain.cell_size=0.025",
+                 "--set", "time.end=0.25", "--set", "output.history_interval=1"]
     outcome = program.run(arguments, 1, work, 120)
     if outcome.code != 0:
         fail(outcome.text)
@@ -165,7 +165,8 @@ def check_program(program, work):
     fall = run.history["lower_z"][0] - FLOOR
     slowest, fastest = (math.sqrt(1.0 + 2 * GRAVITY * height) for height in (fall - 2 * run.cell_size, fall))
     expect("the speed of impact", found["speed of impact"], 0.5 * (slowest + fastest), 0.5 * (fastest - slowest) + 0.01)
-    for command, words in (("rebound", "speed of impact"), ("spread", "0.250"), ("pieces", "| 0.000 | 2 | 50.0, 50.0 | 0.00 |"),
+    for command, words in (("rebound", "speed of impact"), ("spread", "0.250"),
+                           ("pieces", "| 0.000 | 2 | 50.0, 50.0 | 0.00 |"),
                            ("collision", "Speed of approach 8 m/s"), ("spin", "nothing spins at the start")):
         code, text = told([command, out])
         if code != (2 if command == "spin" else 0) or words not in text or "nan" in text:
