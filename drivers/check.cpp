@@ -3,6 +3,7 @@
 #include "bulkley/config/duration.hpp"
 #include "bulkley/forecast.hpp"
 #include "bulkley/simulation_setup.hpp"
+#include "check_meshes.hpp"
 #include "commands.hpp"
 
 namespace bulkley {
@@ -56,6 +57,7 @@ void print(const Scene& scene, const Forecast& f) {
           fluid->parameters.h);
     }
   print_colliders(scene);
+  print_meshes(scene, f);
   fmt::print("\nranks      {}{}: at most {} particles a rank, imbalance {:.3f}\n", f.n_ranks, boxes_text(f.boxes),
              f.largest_share, f.imbalance);
   fmt::print("memory     about {:.1f} MiB on the fullest rank, beyond the empty program; {:.0f} bytes per particle in all\n",

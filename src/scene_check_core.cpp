@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "bulkley/base/error.hpp"
+#include "bulkley/particle/mesh_shape.hpp"
 #include "bulkley/particle/thickness.hpp"
 #include "bulkley/scene.hpp"
 
@@ -61,6 +62,39 @@ bool bounds_overlap(const Body& a, const Body& b) {
 
 std::string vector_text(const Vec3& v) { return fmt::format("({:.6g}, {:.6g}, {:.6g})", v[0], v[1], v[2]); }
 
+/// What a user should know of the meshes of a body that is too large or too small.
+std::string units_hint(const Shape& shape) {
+  std::string hint;
+  visit_meshes(shape, [&](const Mesh& mesh) {
+    const double size = (mesh.solid->facts().upper - mesh.solid->facts().lower).maxCoeff();
+    hint += fmt::format(
+        "; its mesh is {:.4g} m large: if that is not meant, give 'size', or the file's unit as 'scale' (0.001 "
+        "for millimetres)",
+        size);
+  });
+  return hint;
+}
+
+constexpr double too_many_particles = 1e11;
+
+/// How many particles fill the meshes of a body, roughly.
+double particles_in_meshes(const GridGeometry& grid, const Body& body) {
+  double volume = 0.0;
+  visit_meshes(body.shape, [&](const Mesh& mesh) { volume += std::abs(mesh.solid->facts().volume); });
+  return volume / std::pow(grid.cell_size, 3) * body.particles_per_cell;
+}
+
+/// Whether a shape with a mesh is so large that it cannot lie in the domain however it is turned: counting its particles to find
+/// out could take for ever.
+bool far_too_large(const GridGeometry& grid, const Shape& shape) {
+  bool has_mesh = false;
+  visit_meshes(shape, [&](const Mesh&) { has_mesh = true; });
+  if (!has_mesh || std::holds_alternative<Difference>(shape.kind)) return false;
+  const Bounds b = bounds(shape);
+  // The bounds of what is turned may be too large by sqrt(3).
+  return (b.upper - b.lower).maxCoeff() > std::sqrt(3.0) * (grid.upper() - grid.lower).norm();
+}
+
 }  // namespace
 
 void check_bodies(const Scene& scene, const ParticleCounter& n_particles) {
@@ -77,16 +111,20 @@ void check_bodies(const Scene& scene, const ParticleCounter& n_particles) {
     counts.push_back(0);
     if (!box.lower.allFinite() || !box.upper.allFinite()) {
       refuse(b, "contains a plane or complement, which is for colliders only");
-    } else if (reaches_outside(grid, body, n_particles)) {
-      refuse(b, fmt::format("reaches from {} to {}, outside the domain from {} to {}", vector_text(box.lower),
-                            vector_text(box.upper), vector_text(grid.lower), vector_text(grid.upper())));
+    } else if (particles_in_meshes(grid, body) > too_many_particles) {
+      refuse(b, fmt::format("would be filled with some {:.1g} particles{}", particles_in_meshes(grid, body),
+                            units_hint(body.shape)));
+    } else if (far_too_large(grid, body.shape) || reaches_outside(grid, body, n_particles)) {
+      refuse(b, fmt::format("reaches from {} to {}, outside the domain from {} to {}{}", vector_text(box.lower),
+                            vector_text(box.upper), vector_text(grid.lower), vector_text(grid.upper()),
+                            units_hint(body.shape)));
     } else {
       counts[b] = n_particles(grid, {body});
       if (counts[b] == 0)
         refuse(b, fmt::format(
                       "is too small to hold a particle; make it larger, the cells of {} m smaller, or particles_per_cell "
-                      "greater than {}",
-                      grid.cell_size, body.particles_per_cell));
+                      "greater than {}{}",
+                      grid.cell_size, body.particles_per_cell, units_hint(body.shape)));
     }
   }
   if (const auto undefined = find_undefined_motion(grid, scene.bodies))

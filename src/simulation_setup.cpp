@@ -4,12 +4,15 @@
 
 #include "bulkley/base/gather.hpp"
 #include "bulkley/kernel/stress_update.hpp"
+#include "bulkley/particle/mesh_shape.hpp"
 
 namespace bulkley {
 
 Physics physics_of(const Scene& scene) {
-  return {scene.grid,      scene.transfer, scene.time,      scene.gravity,
-          scene.materials, scene.faces,    scene.colliders, scene.acceleration_field};
+  std::vector<Collider> colliders = scene.colliders;
+  for (Collider& collider : colliders) collider.shape = sampled_for_contact(collider.shape, scene.grid.cell_size);
+  return {scene.grid,      scene.transfer, scene.time, scene.gravity,
+          scene.materials, scene.faces,    colliders,  scene.acceleration_field};
 }
 
 OptionalFields optional_fields(const Scene& scene) {

@@ -105,7 +105,11 @@ def close(a, b):
 
 def check(path, faults):
     """Compares every moment of one XDMF file under both readers; returns the number of points seen last."""
-    moments = [Moment(path.parent, grid) for grid in ElementTree.parse(path).iter("Grid") if grid.find("Time") is not None]
+    try:
+        moments = [Moment(path.parent, grid) for grid in ElementTree.parse(path).iter("Grid") if grid.find("Time") is not None]
+    except ValueError as error:
+        faults.append(f"{path.name}: {error}")
+        return None
     for reader_name, make_reader in READERS.items():
         fault = lambda sentence: faults.append(f"{path.name}, {reader_name}: {sentence}")
         reader = make_reader(str(path.resolve()))
@@ -151,7 +155,7 @@ def main():
     faults = []
     for path in paths:
         n_points = check(path, faults)
-        if options.particles is not None and path not in meshes and n_points != options.particles:
+        if options.particles is not None and path not in meshes and n_points not in (options.particles, None):
             faults.append(f"{path.name}: {n_points} particles, should be {options.particles}")
     for sentence in faults:
         print(sentence, file=sys.stderr)

@@ -6,6 +6,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <assimp/Importer.hpp>
+#include <cctype>
+#include <cstdlib>
 #include <exception>
 #include <filesystem>
 #include <fstream>
@@ -30,6 +32,24 @@ void check_readable(const std::string& path) {
   std::ifstream stream(path, std::ios::binary);
   if (!stream) throw UsageError("cannot be opened");
   if (stream.peek() == std::ifstream::traits_type::eof()) throw UsageError("is empty");
+}
+
+/// Refuses an ASCII PLY file with fewer lines than its header promises elements: the reader makes up what is missing.
+void check_lines(const std::string& path) {
+  std::ifstream stream(path, std::ios::binary);
+  std::string line;
+  if (!std::getline(stream, line) || !line.starts_with("ply")) return;
+  bool is_ascii = false;
+  std::size_t n_elements = 0, n_lines = 0;
+  while (std::getline(stream, line) && !line.starts_with("end_header")) {
+    is_ascii = is_ascii || line.starts_with("format ascii");
+    if (line.starts_with("element ")) n_elements += std::strtoull(line.c_str() + line.find_last_of(' '), nullptr, 10);
+  }
+  if (!is_ascii) return;
+  while (n_lines < n_elements && std::getline(stream, line))
+    if (line.find_first_not_of(" \t\r") != std::string::npos) ++n_lines;
+  if (n_lines < n_elements)
+    throw UsageError(fmt::format("holds only {} of its {} vertices and faces: the file is cut off", n_lines, n_elements));
 }
 
 /// The first line, which is all that fits into a sentence.
@@ -82,6 +102,7 @@ void append(const aiMesh& part, TriangleMesh& mesh) {
 
 TriangleMesh read_mesh_file(const std::string& path) {
   check_readable(path);
+  check_lines(path);
   Assimp::Importer importer;
   TriangleMesh mesh;
   const aiScene* scene = nullptr;

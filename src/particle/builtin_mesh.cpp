@@ -35,12 +35,15 @@ double smooth_minimum(double a, double b, double blend) {
   return std::min(a, b) - 0.25 * blend * overlap * overlap;
 }
 
-/// One step of Newton's method along the gradient: takes most of the lattice's facets away.
+/// One step of Newton's method along the gradient, no longer than `longest`: takes the lattice's facets away where the
+/// surface is smooth.
 template <class Function>
-Vec3 moved_to_surface(const Function& f, const Vec3& x, double step) {
+Vec3 moved_to_surface(const Function& f, const Vec3& x, double longest) {
+  const double step = 0.01 * longest;
   Vec3 gradient;
   for (int a = 0; a < 3; ++a) gradient[a] = (f(x + step * Vec3::Unit(a)) - f(x - step * Vec3::Unit(a))) / (2.0 * step);
-  return x - f(x) / std::max(gradient.squaredNorm(), 0.1) * gradient;
+  const double move = f(x) / std::max(gradient.norm(), 0.1);
+  return x - std::clamp(move, -longest, longest) * gradient.normalized();
 }
 
 struct Figure {
@@ -74,8 +77,8 @@ Figure hare() {
   add_pair(l, {{2.4, 0.75, 2.6}, {-1.4, 0.65, 2.7}, 0.85, 0.65, {1, 1, 1}, 0.6});       // hind foot
   add_pair(l, {{-2.7, 5.2, 1.3}, {-3.4, 1.2, 1.4}, 1.05, 0.7, {1, 1, 1}, 0.8});         // foreleg
   add_pair(l, {{-3.4, 0.9, 1.4}, {-4.5, 0.65, 1.4}, 0.75, 0.6, {1, 1, 1}, 0.5});        // forefoot
-  add_pair(l, {{-3.7, 11.6, 0.8}, {-2.0, 15.2, 1.6}, 0.6, 0.85, {1.1, 1, 0.8}, 0.6});   // ear
-  add_pair(l, {{-2.0, 15.2, 1.6}, {-1.6, 16.4, 1.7}, 0.85, 0.4, {1.1, 1, 0.8}, 0.02});  // its tip
+  add_pair(l, {{-3.7, 11.6, 0.8}, {-2.2, 14.8, 1.6}, 0.65, 0.9, {1.1, 1, 0.8}, 0.6});   // ear
+  add_pair(l, {{-2.2, 14.8, 1.6}, {-1.5, 16.6, 1.8}, 0.9, 0.55, {1.1, 1, 0.8}, 0.02});  // its tip
   add_pair(l, ball({-5.2, 10.7, 1.35}, 0.42, Vec3::Ones(), 0.15));                      // eye
   return {"hare", l, {-8.0, -0.6, -5.0}, {7.0, 17.5, 5.0}, 0.28};
 }
@@ -111,9 +114,9 @@ Figure dragon() {
       Vec3 away = Vec3(along[1], -along[0], 0.0);  // to the outer side of the curve from tail to head
       const double radius = (1.0 - t) * girth[n] + t * girth[n + 1];
       const Vec3 foot = (1.0 - t) * spine[n] + t * spine[n + 1] + 0.8 * radius * away;
-      l.push_back({foot, foot + (0.35 + 0.35 * radius) * away + 0.3 * -along, 0.4, 0.14, {1, 1, 0.6}, 0.25});
+      l.push_back({foot, foot + (0.35 + 0.35 * radius) * away + 0.3 * -along, 0.5, 0.28, {1, 1, 0.8}, 0.3});
     }
-  return {"dragon", l, {-11.5, -0.6, -4.5}, {12.0, 14.5, 4.5}, 0.28};
+  return {"dragon", l, {-11.5, -0.6, -4.5}, {12.0, 14.5, 4.5}, 0.26};
 }
 
 const std::vector<Figure>& figures() {
@@ -143,7 +146,7 @@ TriangleMesh builtin_mesh(const std::string& name) {
     return nearest;
   };
   TriangleMesh mesh = isosurface(blended, figure->lower, figure->upper, figure->spacing);
-  for (Vec3& v : mesh.vertices) v = 0.01 * moved_to_surface(blended, v, 1e-3 * figure->spacing);
+  for (Vec3& v : mesh.vertices) v = 0.01 * moved_to_surface(blended, v, 0.1 * figure->spacing);
   return mesh;
 }
 

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "bulkley/base/error.hpp"
+#include "bulkley/particle/sampled_distance.hpp"
 
 namespace bulkley {
 
@@ -118,6 +119,14 @@ Mesh filled(const Mesh& mesh, TriangleMesh triangles) {
   if (!encloses_something(*result.solid))
     throw UsageError("encloses nothing: its triangles are a sheet, or do not all face the same way");
   return result;
+}
+
+Shape sampled_for_contact(const Shape& shape, double cell_size) {
+  return with_meshes(shape, [&](const Mesh& mesh) {
+    Mesh result = mesh;
+    if (mesh.solid) result.sampled = std::make_shared<const SampledDistance>(mesh.solid, 0.5 * cell_size, 4.0 * cell_size);
+    return result;
+  });
 }
 
 }  // namespace bulkley

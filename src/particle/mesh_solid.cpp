@@ -165,16 +165,16 @@ double MeshSolid::winding_number(const Vec3& x) const {
   return sense_ * (exact + dipoles / (4.0 * std::numbers::pi));
 }
 
-MeshSolid::Nearest MeshSolid::nearest(const Vec3& x) const {
+MeshSolid::Nearest MeshSolid::nearest(const Vec3& x, double reach) const {
   struct Waiting {
     int node;
     double squared;
   };
   std::array<Waiting, deepest> waiting;
   int n_waiting = 0;
-  Nearest best{Vec3::Zero(), std::numeric_limits<double>::infinity(), 0};
-  double best_squared = std::numeric_limits<double>::infinity();
-  waiting[static_cast<std::size_t>(n_waiting++)] = {0, 0.0};
+  Nearest best{Vec3::Zero(), reach, 0};
+  double best_squared = reach * reach;
+  waiting[static_cast<std::size_t>(n_waiting++)] = {0, squared_distance_to_box(nodes_[0].lower, nodes_[0].upper, x)};
   while (n_waiting > 0) {
     const Waiting next = waiting[static_cast<std::size_t>(--n_waiting)];
     if (next.squared >= best_squared) continue;
@@ -196,24 +196,26 @@ MeshSolid::Nearest MeshSolid::nearest(const Vec3& x) const {
       const double squared = (point - x).squaredNorm();
       if (!(squared < best_squared)) continue;
       best_squared = squared;
-      best = {point, 0.0, n};
+      best = {point, std::sqrt(squared), n};
     }
   }
-  best.distance = std::sqrt(best_squared);
   return best;
 }
 
-bool MeshSolid::in_bounds(const Vec3& x) const {
-  return (x.array() >= facts_.lower.array()).all() && (x.array() <= facts_.upper.array()).all();
+double MeshSolid::distance_to_bounds(const Vec3& x) const {
+  const Vec3 beyond = (facts_.lower - x).cwiseMax(x - facts_.upper);
+  return beyond.cwiseMax(0.0).norm() + std::min(beyond.maxCoeff(), 0.0);
 }
 
-bool MeshSolid::contains(const Vec3& x) const { return in_bounds(x) && winding_number(x) > 0.5; }
+bool MeshSolid::contains(const Vec3& x) const { return distance_to_bounds(x) <= 0.0 && winding_number(x) > 0.5; }
 
-double MeshSolid::signed_distance(const Vec3& x) const {
-  const double distance = nearest(x).distance;
-  if (facts_.closed()) return contains(x) ? -distance : distance;
+double MeshSolid::signed_distance(const Vec3& x, double reach) const {
+  if (facts_.closed()) return contains(x) ? -nearest(x, reach).distance : nearest(x, reach).distance;
   const double w = winding_number(x);
-  return w > 0.5 && in_bounds(x) ? -free_share(1.0 - w) * distance : free_share(w) * distance;
+  const double share = free_share(w > 0.5 ? 1.0 - w : w);
+  const double distance = share > 0.0 ? share * nearest(x, reach / share).distance : 0.0;
+  // The surface of winding number 1/2 may bulge out of the bounds, which then close the hole.
+  return std::max(w > 0.5 ? -distance : distance, distance_to_bounds(x));
 }
 
 Vec3 MeshSolid::outward_normal(const Vec3& x) const {

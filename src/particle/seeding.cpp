@@ -107,7 +107,7 @@ std::vector<BodyNear> bodies_near(const GridGeometry& grid, const std::vector<Bo
   const double half_diagonal = 0.5 * (last - first).norm() * grid.cell_size;
   std::vector<BodyNear> result;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
-    const double distance = signed_distance(bodies[b].shape, center);
+    const double distance = signed_distance_within(bodies[b].shape, center, 1.01 * half_diagonal);
     if (distance > half_diagonal) continue;
     result.push_back({b, distance < -half_diagonal});
     if (result.back().everywhere) break;

@@ -8,6 +8,7 @@
 
 #include "bulkley/base/error.hpp"
 #include "bulkley/particle/mesh_solid.hpp"
+#include "bulkley/particle/sampled_distance.hpp"
 
 namespace bulkley {
 
@@ -160,8 +161,15 @@ Bounds extent(const Plane&) { return {Vec3::Constant(-infinity), Vec3::Constant(
 
 // --- mesh ------------------------------------------------------------------------------------------------------------
 
-double distance(const Mesh& mesh, const Vec3& x) { return mesh.solid ? mesh.solid->signed_distance(x) : infinity; }
-Vec3 normal(const Mesh& mesh, const Vec3& x) { return mesh.solid ? mesh.solid->outward_normal(x) : Vec3::UnitZ(); }
+double distance_within(const Mesh& mesh, const Vec3& x, double reach) {
+  if (mesh.sampled) return mesh.sampled->distance(x);
+  return mesh.solid ? mesh.solid->signed_distance(x, reach) : infinity;
+}
+double distance(const Mesh& mesh, const Vec3& x) { return distance_within(mesh, x, infinity); }
+Vec3 normal(const Mesh& mesh, const Vec3& x) {
+  if (mesh.sampled) return mesh.sampled->normal(x);
+  return mesh.solid ? mesh.solid->outward_normal(x) : Vec3::UnitZ();
+}
 Bounds extent(const Mesh& mesh) {
   if (!mesh.solid) return {Vec3::Constant(infinity), Vec3::Constant(-infinity)};
   return {mesh.solid->facts().lower, mesh.solid->facts().upper};
@@ -249,6 +257,27 @@ Bounds extent(const Placed& placed) {
   const Vec3 center = turn * (b.center() - placed.origin) + placed.origin + placed.translation;
   const Vec3 reach = turn.cwiseAbs() * (0.5 * (b.upper - b.lower));
   return {center - reach, center + reach};
+}
+
+// --- distances up to a reach -----------------------------------------------------------------------------------------
+
+template <class Primitive>
+double distance_within(const Primitive& shape, const Vec3& x, double) {
+  return distance(shape, x);
+}
+double distance_within(const Union& all, const Vec3& x, double reach) {
+  double nearest = infinity;
+  for (const Shape& part : all.parts) nearest = std::min(nearest, signed_distance_within(part, x, reach));
+  return nearest;
+}
+double distance_within(const Difference& difference, const Vec3& x, double reach) {
+  double largest = signed_distance_within(difference.parts[0], x, reach);
+  for (std::size_t n = 1; n < difference.parts.size(); ++n)
+    largest = std::max(largest, -signed_distance_within(difference.parts[n], x, reach));
+  return largest;
+}
+double distance_within(const Placed& placed, const Vec3& x, double reach) {
+  return signed_distance_within(*placed.part, before(placed, rotation(placed), x), reach);
 }
 
 // --- inside or not ---------------------------------------------------------------------------------------------------
@@ -347,6 +376,10 @@ const char* kind_name(const Placed&) { return "placed"; }
 
 double signed_distance(const Shape& shape, const Vec3& point) {
   return std::visit([&](const auto& kind) { return distance(kind, point); }, shape.kind);
+}
+
+double signed_distance_within(const Shape& shape, const Vec3& point, double reach) {
+  return std::visit([&](const auto& kind) { return distance_within(kind, point, reach); }, shape.kind);
 }
 
 bool contains(const Shape& shape, const Vec3& point) {

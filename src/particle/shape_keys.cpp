@@ -137,7 +137,7 @@ const Keys<Mesh>& keys(config::Of<Mesh>) {
                     "The axis of the file that points up, along z: `y` turns the mesh by a quarter about x, `x` about y. "
                     "This comes before all else."})
           .key("scale", &Mesh::scale, {.about = "Length of the file's unit.", .unit = "m", .range = length})
-          .only_with("no `size`", [](const Mesh& mesh) { return !mesh.size; })
+          .only_with("no size", [](const Mesh& mesh) { return !mesh.size; })
           .key("size", &Mesh::size,
                {.about = "Largest side of the mesh's bounds, instead of `scale`.",
                 .unit = "m",

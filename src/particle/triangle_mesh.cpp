@@ -2,8 +2,11 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cstdlib>
+#include <map>
 #include <numeric>
 #include <unordered_map>
+#include <utility>
 
 namespace bulkley {
 
@@ -80,19 +83,35 @@ std::unordered_map<std::uint64_t, int> edge_balance(const TriangleMesh& mesh) {
   return balance;
 }
 
-void count_holes(const TriangleMesh& mesh, MeshFacts& result) {
+/// Counts the holes, and adds the volume that a fan from the middle of each rim closes.
+void close_holes(const TriangleMesh& mesh, const Vec3& center, MeshFacts& result) {
+  struct RimEdge {
+    int from, to, times;
+  };
   Groups rims(mesh.vertices.size());
-  std::vector<int> on_rim;
+  std::vector<RimEdge> edges;
   for (const auto& [edge, balance] : edge_balance(mesh)) {
     if (balance == 0) continue;
-    ++result.n_boundary_edges;
     const int a = static_cast<int>(edge >> 32), b = static_cast<int>(edge & 0xffffffffu);
     rims.join(a, b);
-    on_rim.push_back(a);
+    edges.push_back({balance > 0 ? b : a, balance > 0 ? a : b, std::abs(balance)});
   }
-  for (int& v : on_rim) v = rims.leader(v);
-  std::sort(on_rim.begin(), on_rim.end());
-  result.n_holes = static_cast<std::size_t>(std::unique(on_rim.begin(), on_rim.end()) - on_rim.begin());
+  // The order of the sums below must not be that of a hash table.
+  std::sort(edges.begin(), edges.end(),
+            [](const RimEdge& a, const RimEdge& b) { return std::pair(a.from, a.to) < std::pair(b.from, b.to); });
+  const auto at = [&](int v) -> const Vec3& { return mesh.vertices[static_cast<std::size_t>(v)]; };
+  std::map<int, std::pair<Vec3, int>> middles;
+  for (const RimEdge& e : edges) {
+    auto& [sum, count] = middles.try_emplace(rims.leader(e.from), Vec3::Zero(), 0).first->second;
+    sum += at(e.from) + at(e.to);
+    count += 2;
+  }
+  for (const RimEdge& e : edges) {
+    const auto& [sum, count] = middles.at(rims.leader(e.from));
+    result.volume += e.times * (at(e.from) - center).cross(at(e.to) - center).dot(sum / count - center) / 6.0;
+  }
+  result.n_boundary_edges = edges.size();
+  result.n_holes = middles.size();
 }
 
 }  // namespace
@@ -138,7 +157,7 @@ MeshFacts facts(const TriangleMesh& mesh) {
   }
   for (int v = 0; v < static_cast<int>(mesh.vertices.size()); ++v)
     if (parts.leader(v) == v) ++result.n_components;
-  count_holes(mesh, result);
+  close_holes(mesh, center, result);
   return result;
 }
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Runs the failure cases of cases.py through the real program: expected exit code and sentence, before the time limit."""
+"""Runs the failure cases of cases.py and mesh_cases.py through the real program: expected exit code and sentence, before the time limit."""
 
 import pathlib
 import re
@@ -8,7 +8,10 @@ import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 from bulkley_program import Program, parse_arguments  # noqa: E402
-from cases import CASES  # noqa: E402
+import cases  # noqa: E402
+import mesh_cases  # noqa: E402
+
+CASES = cases.CASES + mesh_cases.MESH_CASES
 
 BASE = pathlib.Path(__file__).resolve().with_name("base.toml")
 

@@ -26,4 +26,8 @@ WeldCount weld_checked(TriangleMesh& triangles);
 /// if it encloses nothing.
 Mesh filled(const Mesh& mesh, TriangleMesh triangles);
 
+/// The shape with its meshes by sampled distances (sampled_distance.hpp), for the many lookups of colliders on a grid with
+/// this cell size. Throws UsageError, as above, for a mesh too large for such cells.
+Shape sampled_for_contact(const Shape& shape, double cell_size);
+
 }  // namespace bulkley

@@ -1,13 +1,14 @@
 #pragma once
 // What a triangle mesh encloses, holes or not: the nearest point of its surface, and the winding number for inside and outside.
 
+#include <limits>
 #include <vector>
 
 #include "bulkley/particle/triangle_mesh.hpp"
 
 namespace bulkley {
 
-/// The set of points whose winding number exceeds 1/2, of a mesh in any state: with holes, with triangles missing, with parts
+/// The set of points within the bounds whose winding number exceeds 1/2, of a mesh in any state: with holes, with triangles missing, with parts
 /// that intersect. Where the mesh has a hole, the surface of winding number 1/2 closes it. A closed mesh has 1 inside and 0
 /// outside. The same bits on every rank: one order of triangles, one order of sums.
 class MeshSolid {
@@ -29,11 +30,13 @@ class MeshSolid {
     double distance;  ///< m
     int triangle;     ///< in the order of this object's own
   };
-  Nearest nearest(const Vec3& x) const;
+  /// The nearest point of the triangles; if none is within `reach`, only the distance is set, to `reach`.
+  Nearest nearest(const Vec3& x, double reach = std::numeric_limits<double>::infinity()) const;
 
   /// Negative inside. The distance to the nearest triangle; near a hole a lower bound of the distance to what closes it, too,
   /// so that it goes through zero there: within the hole's rim the distance to triangles alone would jump.
-  double signed_distance(const Vec3& x) const;
+  /// Beyond `reach` it is some number as far from 0, of the right sign.
+  double signed_distance(const Vec3& x, double reach = std::numeric_limits<double>::infinity()) const;
   /// Outward unit normal: along the way to the nearest point, that of the triangle on the surface itself.
   Vec3 outward_normal(const Vec3& x) const;
 
@@ -53,7 +56,7 @@ class MeshSolid {
 
   int build(std::vector<int>& order, int first, int last);
   void summarise(Node& node, int first, int last) const;
-  bool in_bounds(const Vec3& x) const;
+  double distance_to_bounds(const Vec3& x) const;
 
   TriangleMesh mesh_;
   MeshFacts facts_;

@@ -24,11 +24,12 @@ struct WeldCount {
 WeldCount weld(TriangleMesh& mesh);
 
 struct MeshFacts {
-  Vec3 lower, upper;                 ///< of the bounds
-  double volume = 0.0;               ///< by the divergence theorem about the centre; negative: the triangles face inwards
+  Vec3 lower, upper;  ///< of the bounds
+  /// By the divergence theorem, holes closed by fans from the middles of their rims; negative: the triangles face inwards.
+  double volume = 0.0;
   double area = 0.0;                 ///< of all triangles
   std::size_t n_components = 0;      ///< parts that share no vertex
-  std::size_t n_boundary_edges = 0;  ///< edges that as many triangles run along one way as the other way: all but these
+  std::size_t n_boundary_edges = 0;  ///< edges that more triangles run along one way than the other way
   std::size_t n_holes = 0;           ///< sets of boundary edges that hang together
   bool closed() const { return n_boundary_edges == 0; }
 };

@@ -100,14 +100,28 @@ TEST(SceneRoundTrip, StatesTheFlowInBothConventions) {
   EXPECT_NE(text.find("yield_stress = 18.4175 Pa, consistency = 17.8214 Pa s^n, flow_index = 0.22"), std::string::npos);
 }
 
-// What the program does before it seeds: here without MPI, and for the meshes that need no file.
+/// Shipped scenes use no other meshes than the program's own.
 void fill_builtin_meshes(Scene& scene) {
   const auto fill = [](const Mesh& mesh) {
-    TriangleMesh triangles = builtin_mesh(mesh.file.substr(std::string(builtin_prefix).size()));
-    weld_checked(triangles);
-    return filled(mesh, triangles);
+    return filled(mesh, builtin_mesh(mesh.file.substr(std::string(builtin_prefix).size())));
   };
   for (Body& body : scene.bodies) body.shape = with_meshes(body.shape, fill);
+  for (Collider& collider : scene.colliders) collider.shape = with_meshes(collider.shape, fill);
+}
+
+TEST(SceneRoundTrip, OfMeshes) {
+  const std::string mesh =
+      "[[bodies]]\nname = \"mesh\"\nmaterial = \"pie\"\nshape = { type = \"mesh\", file = \"../a/b.ply\", up = \"y\", size "
+      "= 0.3, "
+      "center = [0.1, 0.2, 0.3], rotation = { angle = 30 } }\n"
+      "[[colliders]]\nname = \"hare\"\nshape = { type = \"mesh\", file = \"builtin:hare\", scale = 0.1 }\n";
+  const std::string text = small_scene + mesh;
+  const Scene scene =
+      parse_scene(text, "/scenes/s.toml", {"bodies.mesh.material=" + parsed(small_scene).bodies[0].material});
+  EXPECT_NE(scene.effective_text.find("file = \"/a/b.ply\""), std::string::npos) << scene.effective_text;
+  EXPECT_NE(scene.effective_text.find("file = \"builtin:hare\""), std::string::npos);
+  EXPECT_FALSE(scene.bodies.back().center.has_value());  // known once the mesh is read
+  expect_round_trip(scene);
 }
 
 TEST(ShippedScenes, AreSound) {

@@ -209,7 +209,7 @@ TEST(SceneFaults, Shapes) {
   EXPECT_EQ(faults_of(with_shape("{ type = \"ball\" }")),
             "s.toml:12:18: 'bodies.0.shape.type' is \"ball\"; it must be one of \"box\", \"sphere\", \"cylinder\", "
             "\"capsule\", \"ellipsoid\", "
-            "\"plane\", \"union\", \"difference\", \"complement\"");
+            "\"plane\", \"mesh\", \"union\", \"difference\", \"complement\"");
   EXPECT_EQ(faults_of(with_shape("{ radius = 1 }")), "s.toml:12:9: required key 'type' is missing in [bodies.0.shape]");
   EXPECT_EQ(faults_of(with_shape("{ type = \"sphere\", center = [0, 0, 0], radius = 0 }")),
             "s.toml:12:57: 'bodies.0.shape.radius' is 0; it must be greater than 0");
