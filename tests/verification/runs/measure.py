@@ -166,7 +166,7 @@ def check_program(program, work):
     slowest, fastest = (math.sqrt(1.0 + 2 * GRAVITY * height) for height in (fall - 2 * run.cell_size, fall))
     expect("the speed of impact", found["speed of impact"], 0.5 * (slowest + fastest), 0.5 * (fastest - slowest) + 0.01)
     for command, words in (("rebound", "speed of impact"), ("spread", "0.250"),
-                           ("pieces", "| 0.000 | 2 | 50.0, 50.0 | 0.00 |"),
+                           ("pieces", "| 0.000 | 2 | 50.3, 49.7 | 0.00 |"),
                            ("collision", "Speed of approach 8 m/s"), ("spin", "nothing spins at the start")):
         code, text = told([command, out])
         if code != (2 if command == "spin" else 0) or words not in text or "nan" in text:
