@@ -53,11 +53,13 @@ facts() {
   { echo "### $name: $command"; echo; "$python" "$root/drivers/measure.py" "$command" "$out/$name" "$@"; echo; } >>"$page"
 }
 
-# picture NAME FRAMES [PICTURE]: a strip of frames in the look of the figure.
+# picture NAME FRAMES [PICTURE]: a strip of frames in the look of the picture, or else of the figure.
 picture() {
   [[ "$pictures" == yes ]] || return 0
-  pvpython "$root/drivers/paraview/render.py" --run "$out/$1" --strip "$target/${3:-figure_$number}.png" --frame "$2" \
-    --look "$root/drivers/paraview/looks/figure_$number.toml"
+  local picture="${3:-figure_$number}" looks="$root/drivers/paraview/looks"
+  local look="$looks/$picture.toml"
+  [[ -f "$look" ]] || look="$looks/figure_$number.toml"
+  pvpython "$root/drivers/paraview/render.py" --run "$out/$1" --strip "$target/$picture.png" --frame "$2" --look "$look"
 }
 
 for number in "${numbers[@]}"; do
@@ -79,7 +81,7 @@ for number in "${numbers[@]}"; do
         simulate "figure_3_$scheme" figure_3_spinning_body --set "transfer.scheme=$scheme"
       done
       "$python" "$root/drivers/measure.py" spin "$out/figure_3_"{apic,flip,pic} --plot "$target/figure_3_curves.png" >"$page"
-      picture figure_3_apic 0,3,6,9,12
+      picture figure_3_apic 0,3,6,9,12,15
       ;;
     4)
       simulate figure_4 figure_4_elastic_bunny
