@@ -25,20 +25,6 @@ std::vector<Collider> block_and_plate() {
   return {named("block", {Box{{0.1, 0.1, 0.1}, {0.3, 0.2, 0.2}}}), named("plate", {Box{{0.5, 0.5, 0.5}, {0.9, 0.6, 0.8}}})};
 }
 
-template <class Number>
-std::vector<Number> whole_array(const Hdf5Reader& file, const std::string& path) {
-  const ArrayInfo array = file.array(path);
-  std::vector<Number> values(static_cast<std::size_t>(n_elements(array.shape)));
-  file.read(array, Extents(array.shape.size(), 0), array.shape, values.data());
-  return values;
-}
-
-int count(const std::string& text, const std::string& part) {
-  int n = 0;
-  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++n;
-  return n;
-}
-
 class ColliderFiles : public testing::Test {
  protected:
   Comm comm{PETSC_COMM_WORLD};

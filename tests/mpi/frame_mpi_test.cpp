@@ -18,20 +18,6 @@ namespace {
 
 const std::vector<NamedMaterial> materials{{"cream", HerschelBulkley{}}, {"pie", NeoHookean{}}};
 
-template <class Number>
-std::vector<Number> whole_array(const Hdf5Reader& file, const std::string& path) {
-  const ArrayInfo array = file.array(path);
-  std::vector<Number> values(static_cast<std::size_t>(n_elements(array.shape)));
-  file.read(array, Extents(array.shape.size(), 0), array.shape, values.data());
-  return values;
-}
-
-int count(const std::string& text, const std::string& part) {
-  int n = 0;
-  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++n;
-  return n;
-}
-
 class Frame : public testing::Test {
  protected:
   Comm comm{PETSC_COMM_WORLD};

@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include "bulkley/base/parallel.hpp"
+#include "bulkley/io/hdf5_file.hpp"
 #include "bulkley/particle/particle_set.hpp"
 
 namespace bulkley {
@@ -101,6 +102,22 @@ inline std::string whole_file(const std::string& path) {
 
 inline void replace_file(const std::string& path, const std::string& bytes) {
   std::ofstream(path, std::ios::binary | std::ios::trunc) << bytes;
+}
+
+/// All of a dataset.
+template <class Number>
+std::vector<Number> whole_array(const Hdf5Reader& file, const std::string& path) {
+  const ArrayInfo array = file.array(path);
+  std::vector<Number> values(static_cast<std::size_t>(n_elements(array.shape)));
+  file.read(array, Extents(array.shape.size(), 0), array.shape, values.data());
+  return values;
+}
+
+/// How often `part` stands in `text`.
+inline int count(const std::string& text, const std::string& part) {
+  int n = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++n;
+  return n;
 }
 
 }  // namespace bulkley

@@ -56,6 +56,8 @@ def check_balance(table):
     worst_turn = numpy.abs(error[free]).max() / numpy.abs(angular).max()
     if not worst_turn <= 1e-12:
         fail(f"torques do not balance the angular momentum: {worst_turn:.3g} of its largest value in one step")
+    if int(table[-1]["rejected_steps"]) == 0:
+        fail("no step was refused; the test wants some, whose forces do not count")
     print(f"momentum balanced to {worst:.2g}, angular momentum to {worst_turn:.2g} of their largest values, in every step")
 
 
