@@ -88,7 +88,7 @@ class Study:
         if self.options.dry_run:
             print(" ".join(command))
             return None
-        if not (log.is_file() and json.loads(log.read_text(encoding="utf-8"))["identity"] == identity):
+        if not (log.is_file() and json.loads(log.read_text(encoding="utf-8")).get("identity") == identity):
             process = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, errors="replace",
                                      check=False)
             if process.returncode == 2:
