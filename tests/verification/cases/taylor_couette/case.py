@@ -18,7 +18,7 @@ def speed(r):
 def main():
     study = Study("taylor_couette", "Flow between cylinders",
                   "`u = Omega R1^2 / (R2^2 - R1^2) (R2^2 / r - r)`, torque per length `4 pi mu Omega R1^2 R2^2 / (R2^2 - R1^2)`")
-    levels = (6, 12, 24) if study.long else (6, 12)  # cells across the gap
+    levels = (6, 12, 20) if study.long else (6, 12)  # cells across the gap
     errors, torque_errors = [], []
     for cells in levels:
         size = (OUTER - INNER) / cells
@@ -40,9 +40,9 @@ def main():
         torque_errors.append(abs(-shaft / truth - 1.0))
         study.expect(f"{cells} cells: torque on the cup over that on the shaft", cup / -shaft, 1.0, 0.02,
                      note="the flow is steady: what the one gives, the other takes")
-    study.expect_convergence("profile, L2 norm", levels, errors, 0.05 if study.long else 0.12, 0.8,
+    study.expect_convergence("profile, L2 norm", levels, errors, 0.07 if study.long else 0.12, 0.8,
                              note="relative to the profile's norm")
-    study.expect_convergence("torque on the shaft", levels, torque_errors, 0.1 if study.long else 0.2, 0.8, note="relative")
+    study.expect_convergence("torque on the shaft", levels, torque_errors, 0.12 if study.long else 0.2, 0.8, note="relative")
     study.remark("The walls of sticky colliders act up to 0.6 cells in front of where they are stated. At 12 cells per gap and inner "
                  "radius half a cell alone makes a tenth of the torque: it converges to first order.")
     study.finish()
