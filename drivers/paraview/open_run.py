@@ -26,7 +26,7 @@ def folder_of_this_script():
 sys.dont_write_bytecode = True  # the folder may be read-only
 sys.path.insert(0, str(folder_of_this_script()))
 
-from rendering.display import restart_under_xvfb  # noqa: E402
+from rendering.display import leave, restart_under_xvfb  # noqa: E402
 from rendering.faults import fail  # noqa: E402
 from rendering.look import DIRECTIONS, SPHERE_SHADER, Look, rgb  # noqa: E402
 from rendering.run_data import Series  # noqa: E402
@@ -106,9 +106,7 @@ def main():
     open_run(pathlib.Path(options.run), look)
     if options.state:
         simple.SaveState(str(options.state))
-        sys.stdout.flush()
-        # ParaView closes its window after the X connection and then reports an error of its own making.
-        os._exit(0)
+        leave(0)
 
 
 main()

@@ -20,7 +20,7 @@ sys.dont_write_bytecode = True  # the folder may be read-only
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
 from rendering import sequence  # noqa: E402
-from rendering.display import restart_under_xvfb  # noqa: E402
+from rendering.display import leave, restart_under_xvfb  # noqa: E402
 from rendering.faults import fail  # noqa: E402
 from rendering.look import Look  # noqa: E402
 from rendering.run_data import Reader, Series  # noqa: E402
@@ -170,8 +170,4 @@ def main():
 
 
 if __name__ == "__main__":
-    status = main()
-    sys.stdout.flush()
-    sys.stderr.flush()
-    # ParaView closes its window after the X connection and then reports an error of its own making.
-    os._exit(status)
+    leave(main())

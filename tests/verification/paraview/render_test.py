@@ -149,16 +149,15 @@ class Window(unittest.TestCase):
         state, picture = FOLDER / "run.pvsm", FOLDER / "state.png"
         subprocess.run([PVPYTHON, str(SCRIPTS / "open_run.py"), "--run", str(RUN), "--state", str(state)], check=True, timeout=200)
         load = FOLDER / "load_state.py"
-        load.write_text(f"""import os, sys
+        load.write_text(f"""import sys
 sys.path.insert(0, {str(SCRIPTS)!r})
-from rendering.display import restart_under_xvfb
+from rendering.display import leave, restart_under_xvfb
 restart_under_xvfb((320, 240))
 from paraview import simple
 simple.LoadState({str(state)!r})
 print(sorted(name for name, _ in simple.GetSources()), len(simple.GetAnimationScene().TimeKeeper.TimestepValues))
 simple.SaveScreenshot({str(picture)!r}, simple.GetActiveView(), ImageResolution=[320, 240])
-sys.stdout.flush()
-os._exit(0)
+leave(0)
 """)
         result = subprocess.run([PVPYTHON, str(load)], capture_output=True, text=True, timeout=200)
         self.assertIn("['colliders.xdmf', 'frames.xdmf']", result.stdout, result.stderr)
