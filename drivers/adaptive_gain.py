@@ -185,7 +185,7 @@ def limiter_shares(run):
 
 def body_size(run):
     """Largest extent of the largest piece of the first frame, in m."""
-    position = run.frames()[0].position()
+    position = run.frames()[0].positions
     return float(np.ptp(position[pieces(position, run.cell_size) == 0], axis=0).max())
 
 
@@ -202,7 +202,7 @@ def center_difference(run, reference):
 
 def shape_difference(run, reference):
     """Boxes that only one of the last frames occupies, over those that any does, in percent."""
-    position = [one.frames()[-1].position() for one in (run, reference)]
+    position = [one.frames()[-1].positions for one in (run, reference)]
     keys, _ = cell_keys(cells_of(np.concatenate(position), SHAPE_CELLS * run.cell_size))
     first, second = (np.unique(part) for part in np.split(keys, [len(position[0])]))
     shared = len(np.intersect1d(first, second))

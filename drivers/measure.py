@@ -17,7 +17,7 @@ import sys
 
 import numpy as np
 
-from run_data import MissingData, Run, bodies_of, cells_of, markdown, nearest, pieces
+from run_data import MissingData, Run, bodies_of, cells_of, markdown, mass_share, nearest, pieces
 
 FREE = 0.1  # a body whose floor bears less than this part of its weight is in flight
 WORTH_TELLING = 0.01  # of the mass: smaller pieces are counted as crumbs
@@ -97,7 +97,7 @@ def columns_area(position, size):
 
 def measure_spread(run, frame):
     """Height of nearly all particles, area that touches the floor, area seen from above, width along x and y."""
-    position = frame.position()
+    position = frame.positions
     above = position[:, 2] - run.floor
     touching = position[above < LAYERS * run.cell_size]
     return {"height": np.quantile(above, TOP_SHARE), "footprint": columns_area(touching, run.cell_size),
@@ -123,7 +123,7 @@ def spaced(run):
 
 def measure_pieces(run, frame):
     """Shares of the mass of the pieces, largest first."""
-    shares = np.bincount(pieces(frame.position(), run.cell_size), weights=frame.mass_share())
+    shares = np.bincount(pieces(frame.positions, run.cell_size), weights=mass_share(frame))
     return np.sort(shares)[::-1]
 
 
@@ -143,8 +143,8 @@ def print_pieces(options):
 def measure_collision(run, frame, bodies):
     """Distance of the two bodies' centres of mass, the speed at which it grows, and the share of each that is in the largest
     piece."""
-    position, velocity = frame.position(), frame.field("velocity").astype(float)
-    ids, share, label = frame.field("id"), frame.mass_share(), pieces(frame.position(), run.cell_size)
+    position, velocity = frame.positions, frame["velocity"].astype(float)
+    ids, share, label = frame.ids, mass_share(frame), pieces(frame.positions, run.cell_size)
     centers, speeds, in_largest = [], [], []
     for body in bodies:
         own = np.isin(ids, body)

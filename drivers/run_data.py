@@ -1,27 +1,21 @@
-"""What a run left in its folder, for scripts that measure: history.csv, frames, scene.toml; and pieces of a cloud."""
+"""What measuring needs of a run, read with the package in drivers/python; and pieces of a cloud."""
 
-import csv
 import itertools
 import pathlib
-import tomllib
+import sys
 
-import h5py
 import numpy as np
 
-
-class MissingData(Exception):
-    """A run that has not what a measurement needs; the text is for the user."""
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent / "python"))
+from bulkley import DataError as MissingData, open_run  # noqa: E402, F401
 
 
 class Run:
-    """The folder of a run."""
+    """The folder of a run that has ended: its history is read once."""
 
     def __init__(self, folder):
-        self.folder = pathlib.Path(folder)
-        scene = self.folder / "scene.toml"
-        if not scene.is_file():
-            raise MissingData(f"'{self.folder}' is not the folder of a run: it has no scene.toml")
-        self.scene = tomllib.loads(scene.read_text(encoding="utf-8"))
+        self._run = open_run(folder)
+        self.folder, self.scene = self._run.folder, self._run.scene
         self.cell_size = self.scene["domain"]["cell_size"]
         self.floor = self.scene["domain"]["lower"][2]
         self.gravity = -self.scene["gravity"][2]  # downwards
@@ -29,54 +23,23 @@ class Run:
 
     @property
     def history(self):
-        """Columns of history.csv by name without unit; numbers as arrays, `limiter` as text."""
+        """Columns of history.csv by name without unit."""
         if self._history is None:
-            self._history = read_history(self.folder / "history.csv")
+            self._history = self._run.history
         return self._history
 
     def frames(self):
         """All frames in the order of time."""
-        paths = sorted(self.folder.glob("frame_*.h5"))
-        if not paths:
+        frames = self._run.frames
+        if not frames:
             raise MissingData(f"'{self.folder}' has no frames: set output.frame_interval")
-        return [Frame(path) for path in paths]
+        return list(frames)
 
 
-def read_history(path):
-    try:
-        with open(path, newline="", encoding="utf-8") as stream:
-            header, *rows = csv.reader(stream)
-    except FileNotFoundError:
-        raise MissingData(f"there is no '{path}'") from None
-    columns = {}
-    for name, values in zip(header, zip(*rows)):
-        plain = name.split(" [")[0]
-        columns[plain] = np.array(values) if plain == "limiter" else np.array(values, dtype=float)
-    return columns
-
-
-class Frame:
-    """One frame; fields are read when asked for."""
-
-    def __init__(self, path):
-        self.path = path
-        with h5py.File(path) as file:
-            self.time = float(file.attrs["time"])
-            self.fields = set(file["particles"])
-
-    def field(self, name):
-        if name not in self.fields:
-            raise MissingData(f"'{self.path}' has no field '{name}': add it to output.fields")
-        with h5py.File(self.path) as file:
-            return file["particles"][name][...]
-
-    def position(self):
-        return self.field("position").astype(float)
-
-    def mass_share(self):
-        """Share of each particle in the whole mass; equal ones where frames hold no masses, as is right for one material."""
-        mass = self.field("mass").astype(float) if "mass" in self.fields else np.ones(len(self.field("position")))
-        return mass / mass.sum()
+def mass_share(frame):
+    """Share of each particle in the whole mass; equal ones where frames hold no masses, as is right for one material."""
+    mass = frame["mass"].astype(float) if "mass" in frame else np.ones(len(frame.positions))
+    return mass / mass.sum()
 
 
 def nearest(frames, times):
@@ -133,8 +96,8 @@ def touching(cells, strides):
 
 def bodies_of(frames, size):
     """The particles' ids of each piece of the first frame, largest first: of balls that start apart, one array each."""
-    label = pieces(frames[0].position(), size)
-    ids = frames[0].field("id")
+    label = pieces(frames[0].positions, size)
+    ids = frames[0].ids
     return [np.sort(ids[label == n]) for n in range(label.max() + 1)]
 
 

@@ -35,16 +35,18 @@ class MadeUp(run_data.Run):
 
 class MadeUpFrame:
     def __init__(self, position, **fields):
-        self.time, self.fields = 0.0, {"position": position, **fields}
+        self.time, self.positions, self._fields = 0.0, position, fields
         self.path = "made_up"
 
-    def field(self, name):
-        return self.fields[name]
+    def __contains__(self, name):
+        return name in self._fields
 
-    def position(self):
-        return self.fields["position"]
+    def __getitem__(self, name):
+        return self._fields[name]
 
-    mass_share = run_data.Frame.mass_share
+    @property
+    def ids(self):
+        return self["id"]
 
 
 def block(lower, upper):
