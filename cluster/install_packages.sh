@@ -1,17 +1,29 @@
 #!/usr/bin/env bash
 # Installs the Debian 12 packages that Bulkley needs and this machine lacks. Asks nothing; needs root or sudo only when
 # something is missing.
+#
+#   cluster/install_packages.sh [--slurm]
+#
+# --slurm: Slurm and munge as well, for the test that runs the job scripts (tests/cluster), and shellcheck, which reads them.
+# Their services do not have to run.
 set -euo pipefail
 
 packages=(
   g++ cmake ninja-build pkg-config
   petsc-dev                                     # brings Open MPI and parallel HDF5
-  libeigen3-dev libmetis-dev libfmt-dev libtomlplusplus-dev libcli11-dev libmuparser-dev zlib1g-dev
-  libassimp-dev                                 # reads triangle meshes
+  libeigen3-dev libmetis-dev libfmt-dev libtomlplusplus-dev libcli11-dev libmuparser-dev
+  nlohmann-json3-dev zlib1g-dev
   libgtest-dev python3 python3-numpy python3-h5py  # tests
   python3-matplotlib                            # plots of the rheometer and of the verification page
+  mkdocs mkdocs-material doxygen                # the pages as a site
   paraview python3-paraview xvfb                # pictures; Debian's ParaView renders only with an X server
 )
+
+case "${1:-}" in
+  "") ;;
+  --slurm) packages+=(slurm-wlm munge shellcheck) ;;
+  *) echo "cluster/install_packages.sh: '$1' is not an option; there is --slurm" >&2; exit 2 ;;
+esac
 
 is_installed() {
   [[ "$(dpkg-query --show --showformat='${db:Status-Status}' "$1" 2>/dev/null)" == installed ]]

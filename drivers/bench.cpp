@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "bench_io.hpp"
 #include "bench_report.hpp"
 #include "bench_suite.hpp"
 #include "bulkley/kernel/transfer_keys.hpp"
@@ -16,6 +17,7 @@ struct Arguments {
   BenchEffort effort;
   bool suite = false;
   SuiteSettings suite_settings;
+  IoBench io;
   std::string json;
 };
 
@@ -35,6 +37,16 @@ void add_choice(CLI::App& app, const std::string& option, E& value) {
 
 void time_case(const Comm& comm, const Arguments& a) {
   const JsonObject result = describe(a.what, run_bench(comm, a.what, a.effort));
+  root_guard(comm, [&] {
+    fmt::print("{}\n", result.text());
+    if (!a.json.empty()) write_json(a.json, result);
+  });
+}
+
+void time_io(const Comm& comm, const Arguments& a) {
+  IoBench what = a.io;
+  what.n_particles = a.what.n_particles;
+  const JsonObject result = bench_io(comm, what);
   root_guard(comm, [&] {
     fmt::print("{}\n", result.text());
     if (!a.json.empty()) write_json(a.json, result);
@@ -77,8 +89,16 @@ Command add_bench(CLI::App& app) {
       ->needs(suite);
   for (CLI::Option* option : one_case->get_options()) suite->excludes(option);
 
+  CLI::Option* io = app.add_option("--io", a->io.folder,
+                                   "instead, time checkpoints and frames of --particles particles in this "
+                                   "folder, beside a plain file");
+  io->type_name("DIR")->excludes(suite);
+
   return [a](const Comm& comm) {
-    a->suite ? time_suite(comm, *a) : time_case(comm, *a);
+    if (!a->io.folder.empty())
+      time_io(comm, *a);
+    else
+      a->suite ? time_suite(comm, *a) : time_case(comm, *a);
     return ExitCode::finished;
   };
 }

@@ -33,7 +33,7 @@ std::string found_on_path(const std::string& name) {
     if (entry.rfind("PATH=", 0) != 0) continue;
     std::istringstream folders(entry.substr(5));
     for (std::string folder; std::getline(folders, folder, ':');) {
-      const std::string path = path_in(folder, name);
+      std::string path = path_in(folder, name);
       if (::access(path.c_str(), X_OK) == 0) return path;
     }
   }

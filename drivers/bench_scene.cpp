@@ -54,7 +54,8 @@ Scene bench_scene(const BenchCase& what) {
   scene.grid.cell_size = 1.0 / n;
   for (int a = 0; a < 3; ++a) {
     scene.grid.n_cells[a] = n * what.domain[a];
-    scene.grid.lower[a] = -scene.grid.cell_size * (n * (what.domain[a] - 1) / 2);
+    const int n_below = n * (what.domain[a] - 1) / 2;  // whole cells below the box
+    scene.grid.lower[a] = -scene.grid.cell_size * n_below;
   }
   scene.grid.order = what.transfer.order;
   place_tiles(scene.grid);

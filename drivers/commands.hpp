@@ -21,10 +21,14 @@ Command add_check(CLI::App& app);
 Command add_info(CLI::App& app);
 Command add_partition(CLI::App& app);
 Command add_compare(CLI::App& app);
+Command add_convert(CLI::App& app);
 Command add_bench(CLI::App& app);
 Command add_rheometer(CLI::App& app);
 Command add_input_reference(CLI::App& app);
+Command add_command_reference(CLI::App& app);
 Command add_presets(CLI::App& app);
+Command add_status(CLI::App& app);
+Command add_report(CLI::App& app);
 
 /// A scene file and its overrides, as several subcommands take them.
 struct SceneArguments {

@@ -87,19 +87,6 @@ struct Snapshot {
   TileCensus census;
 };
 
-void expect_inside(const GridGeometry& grid, const ParticleSet& particles, const std::string& file) {
-  const Vec3 lower = grid.lower, upper = grid.upper();
-  for (int axis = 0; axis < 3; ++axis) {
-    const double* const x = particles.real(Field::position, axis);
-    for (LocalIndex p = 0; p < particles.size(); ++p)
-      if (!(x[p] >= lower[axis] && x[p] <= upper[axis]))
-        throw UsageError(
-            fmt::format("{}: holds particles outside the domain of the scene: this is a checkpoint of another "
-                        "scene",
-                        file));
-  }
-}
-
 Snapshot read_snapshot(const Comm& comm, const Scene& scene, const std::string& path) {
   const std::string file = resolve_checkpoint(comm, path);
   Snapshot snapshot{read_header(comm, file), {}};
@@ -128,7 +115,12 @@ PartitionTask task_of(const Comm& comm, const Scene& scene, const Arguments& arg
   task.n_particles = census.n_particles();
   if (task.n_particles == 0) throw UsageError("there are no particles to divide");
   task.load = tile_load(census, task.cost);
-  if (!arguments.before.empty()) task.before = tile_load(read_snapshot(comm, scene, arguments.before).census, task.cost);
+  if (!arguments.before.empty()) {
+    const Snapshot then = read_snapshot(comm, scene, arguments.before);
+    CostModel cost = load_cost(then.header.reals);  // by which the run made its map then: measured costs drift
+    cost.n_exchanges = task.cost.n_exchanges;
+    task.before = tile_load(then.census, cost);
+  }
   return task;
 }
 

@@ -19,7 +19,7 @@ Command add_presets(CLI::App& app) {
     }
     for (const Preset& preset : presets())
       fmt::print("{:<20}{:<18}{:<11}{}\n", preset.name,
-                 std::visit([](const auto& law) { return law.law_name; }, preset.material), name(preset.confidence),
+                 law_name(preset.material), name(preset.confidence),
                  preset.source);
     return ExitCode::finished;
   };

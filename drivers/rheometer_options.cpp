@@ -68,7 +68,9 @@ void declare_measurement(CLI::App& app, RheometerOptions& o) {
       ->type_name("KEY=VALUE")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-  app.add_option("--mode", o.mode, fmt::format("{}", fmt::join(modes, ", ")))->capture_default_str();
+  app.add_option("--mode", o.mode, "what to measure")
+      ->type_name(fmt::format("{}", fmt::join(modes, "|")))
+      ->capture_default_str();
   const char* list = "LIST";
   app.add_option("--rates", o.rates, "1/s, as 0.01:100:20 (logarithmic) or 1,2,5; thixotropy: three")->type_name(list);
   app.add_option("--stresses", o.stresses, "creep: stresses to hold, Pa")->type_name(list);

@@ -2,8 +2,8 @@
 
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 
+#include "bulkley/config/toml.hpp"
 #include "bulkley/io/checkpoint.hpp"
 #include "commands.hpp"
 
@@ -31,9 +31,12 @@ std::string read_on_root(const Comm& comm, const std::string& path) {
     if (std::filesystem::is_directory(path, ignored)) throw UsageError(fmt::format("{}: is a folder, not a file", path));
     std::ifstream stream(path, std::ios::binary);
     if (!stream) throw UsageError(fmt::format("{}: cannot be opened", path));
-    std::ostringstream content;
-    content << stream.rdbuf();
-    text = std::move(content).str();
+    text.resize(config::largest_text + 1);  // a device may never end
+    stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+    if (stream.bad()) throw UsageError(fmt::format("{}: cannot be read", path));
+    text.resize(static_cast<std::size_t>(stream.gcount()));
+    if (text.size() > config::largest_text)
+      throw UsageError(fmt::format("{}: is larger than {} MiB", path, config::largest_text >> 20));
   });
   return broadcast_text(comm, std::move(text));
 }

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <limits>
 
 #include "bulkley/base/error.hpp"
 #include "bulkley/particle/mesh_shape.hpp"
@@ -31,17 +32,26 @@ bool holds(const GridGeometry& grid, const Bounds& b) {
   return ((b.lower - grid.lower).array() >= -rounding).all() && ((grid.upper() - b.upper).array() >= -rounding).all();
 }
 
-/// The grid, grown by whole cells until it holds the bounds, without periodic axes.
-GridGeometry enlarged(const GridGeometry& grid, const Bounds& b) {
+/// The grid, grown by whole cells until it holds the bounds, without periodic axes; none if counting in it would take for ever.
+std::optional<GridGeometry> enlarged(const GridGeometry& grid, const Bounds& b) {
+  constexpr double most_cells = 1 << 24;  // per axis
+  constexpr double most_tiles = 1 << 22;  // counted in a second
+  constexpr double most_tiles_of_ours =
+      8.0;  // times those of the grid: the bounds of a turned body may have 3^(3/2) its volume
   GridGeometry result = grid;
+  double n_tiles = 1.0;
   for (int axis = 0; axis < 3; ++axis) {
     const auto a = static_cast<std::size_t>(axis);
-    const int below = std::max(0, static_cast<int>(std::ceil((grid.lower[axis] - b.lower[axis]) / grid.cell_size)));
-    const int above = std::max(0, static_cast<int>(std::ceil((b.upper[axis] - grid.upper()[axis]) / grid.cell_size)));
+    const double below = std::max(0.0, std::ceil((grid.lower[axis] - b.lower[axis]) / grid.cell_size));
+    const double above = std::max(0.0, std::ceil((b.upper[axis] - grid.upper()[axis]) / grid.cell_size));
+    if (!(below + above <= most_cells)) return std::nullopt;
     result.lower[axis] -= below * grid.cell_size;
-    result.n_cells[a] += below + above;
+    result.n_cells[a] += static_cast<int>(below + above);
     result.periodic[a] = false;
+    n_tiles *= result.n_tiles(axis);
   }
+  const double allowed = std::max(most_tiles, most_tiles_of_ours * grid.n_tiles());
+  if (n_tiles > std::min(allowed, 1.0 * std::numeric_limits<TileIndex>::max())) return std::nullopt;
   return result;
 }
 
@@ -52,11 +62,11 @@ bool reaches_outside(const GridGeometry& grid, const Body& body, const ParticleC
   if (has_exact_bounds(body.shape)) return true;
   Body regular = body;
   regular.lattice = SeedingLattice::regular;  // random shifts would differ between the two grids
-  return n_particles(enlarged(grid, b), {regular}) != n_particles(grid, {regular});
+  const std::optional<GridGeometry> whole = enlarged(grid, b);
+  return !whole || n_particles(*whole, {regular}) != n_particles(grid, {regular});
 }
 
-bool bounds_overlap(const Body& a, const Body& b) {
-  const Bounds x = bounds(a.shape), y = bounds(b.shape);
+bool overlap(const Bounds& x, const Bounds& y) {
   return (x.lower.array() <= y.upper.array()).all() && (y.lower.array() <= x.upper.array()).all();
 }
 
@@ -84,6 +94,22 @@ double particles_in_meshes(const GridGeometry& grid, const Body& body) {
   return volume / std::pow(grid.cell_size, 3) * body.particles_per_cell;
 }
 
+/// How many particles a body has within the domain, from a coarse lattice; 0 where they cannot be too many.
+double particles_in_shape(const GridGeometry& grid, const Body& body) {
+  const Bounds b = bounds(body.shape);
+  const Vec3 lower = b.lower.cwiseMax(grid.lower), size = b.upper.cwiseMin(grid.upper()) - lower;
+  if (!(size.minCoeff() > 0.0)) return 0.0;
+  const double most = (size / grid.cell_size).prod() * body.particles_per_cell;
+  if (most <= too_many_particles) return 0.0;
+  constexpr int n = 24;  // points along each axis
+  int inside = 0;
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j)
+      for (int k = 0; k < n; ++k)
+        inside += contains(body.shape, lower + (Vec3(i, j, k).array() + 0.5).matrix().cwiseProduct(size) / n) ? 1 : 0;
+  return most * inside / (n * n * n);
+}
+
 /// Whether a shape with a mesh is so large that it cannot lie in the domain however it is turned: counting its particles to find
 /// out could take for ever.
 bool far_too_large(const GridGeometry& grid, const Shape& shape) {
@@ -105,15 +131,17 @@ void check_bodies(const Scene& scene, const ParticleCounter& n_particles) {
   };
   const GridGeometry& grid = scene.grid;
   std::vector<GlobalIndex> counts;  // of each body alone
+  std::vector<Bounds> boxes;
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     const Body& body = scene.bodies[b];
     const Bounds box = bounds(body.shape);
     counts.push_back(0);
+    boxes.push_back(box);
     if (!box.lower.allFinite() || !box.upper.allFinite()) {
       refuse(b, "contains a plane or complement, which is for colliders only");
-    } else if (particles_in_meshes(grid, body) > too_many_particles) {
-      refuse(b, fmt::format("would be filled with some {:.1g} particles{}", particles_in_meshes(grid, body),
-                            units_hint(body.shape)));
+    } else if (const double n = std::max(particles_in_meshes(grid, body), particles_in_shape(grid, body));
+               n > too_many_particles) {
+      refuse(b, fmt::format("would be filled with some {:.1g} particles{}", n, units_hint(body.shape)));
     } else if (far_too_large(grid, body.shape) || reaches_outside(grid, body, n_particles)) {
       refuse(b, fmt::format("reaches from {} to {}, outside the domain from {} to {}{}", vector_text(box.lower),
                             vector_text(box.upper), vector_text(grid.lower), vector_text(grid.upper()),
@@ -134,7 +162,7 @@ void check_bodies(const Scene& scene, const ParticleCounter& n_particles) {
   for (std::size_t b = 1; b < scene.bodies.size() && !scene.allow_overlap; ++b)
     for (std::size_t a = 0; a < b; ++a) {
       const Body &first = scene.bodies[a], &second = scene.bodies[b];
-      if (counts[a] == 0 || counts[b] == 0 || !bounds_overlap(first, second)) continue;
+      if (counts[a] == 0 || counts[b] == 0 || !overlap(boxes[a], boxes[b])) continue;
       // The later body of a list loses the points that lie in the earlier one: try both orders.
       const GlobalIndex lost_by_second = counts[a] + counts[b] - n_particles(grid, {first, second});
       const GlobalIndex lost =

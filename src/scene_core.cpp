@@ -75,6 +75,20 @@ void choose_frame_fields(const Value& root, Scene& scene, Faults& faults) {
   }
 }
 
+/// As many frames and steps as a run can count, in files and in the digits of the time.
+void check_counts(const Value& root, const Scene& scene, Faults& faults) {
+  constexpr double most_frames = 1e6, most_steps = 1e15;
+  const auto require = [&](const char* table, const char* key, double interval, double most, const char* what) {
+    if (interval == 0.0 || scene.time.end_time / interval <= most) return;
+    faults.add(root.find(table)->find(key)->place,
+               fmt::format("'{}.{}' is {}; it must be at least {:g}, or there are more than {:g} {} until 'time.end' = {}",
+                           table, key, interval, scene.time.end_time / most, most, what, scene.time.end_time));
+  };
+  require("output", "frame_interval", scene.output.frame_interval, most_frames, "frames");
+  require("time", "step", scene.time.fixed_step, most_steps, "steps");
+  require("time", "largest_step", scene.time.largest_step, most_steps, "steps");
+}
+
 /// What several tables have to agree on, and the members that follow from several tables.
 void join_tables(const Value& root, Scene& scene, Faults& faults) {
   scene.grid.order = scene.transfer.order;
@@ -84,6 +98,7 @@ void join_tables(const Value& root, Scene& scene, Faults& faults) {
   require_different_names(root, "bodies", faults);
   require_different_names(root, "colliders", faults);
   assign_materials(root, scene, faults);
+  check_counts(root, scene, faults);
   choose_frame_fields(root, scene, faults);
   for (const Value& body : root.find("bodies")->items) scene.body_places.push_back(body.place.text());
   if (const Value* colliders = root.find("colliders"))
@@ -162,6 +177,9 @@ std::string input_reference() {
          "tanh,\n"
          "asinh, acosh, atanh, floor, rint, min, max, sum, avg. A formula may name what it works out on the way, each step\n"
          "ending with a comma: `\"r = sqrt(x*x + y*y), r > 0 ? y/r : 0\"`.\n\n"
+         "Numbers are finite and no larger than 1e100 in magnitude. A scene file has at most 16 MiB, 500000 values, "
+         "brackets 32 "
+         "deep\nand formulas of 4000 characters.\n\n"
          "This page is printed by `bulkley input-reference`; do not edit it.\n\n" +
          config::print_reference(sections);
 }

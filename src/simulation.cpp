@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <thread>
 
 #include "bulkley/base/signals.hpp"
 #include "bulkley/config/duration.hpp"
@@ -13,9 +15,12 @@
 #include "bulkley/io/history.hpp"
 #include "bulkley/io/status.hpp"
 #include "bulkley/io/text_file.hpp"
+#include "bulkley/io/write_watchdog.hpp"
 #include "bulkley/simulation_setup.hpp"
 #include "bulkley/solver/balancer.hpp"
+#include "bulkley/solver/failure.hpp"
 #include "bulkley/version.hpp"
+#include "simulation_folder.hpp"
 #include "simulation_report.hpp"
 #include "simulation_state.hpp"
 
@@ -23,19 +28,29 @@ namespace bulkley {
 
 namespace {
 
+constexpr const char* stop_file = "STOP";
+constexpr double seconds_between_looks_for_stop = 1.0;    // a look costs a shared file system about a millisecond
+constexpr double walltime_before_first_checkpoint = 0.1;  // part of the whole
+constexpr double cells_around_failure = 6.0;
+constexpr std::size_t most_warnings_kept = 20;  // in status.json
+// status.json is renewed once the program has run as long again, then at the longer interval: each costs a flush to disk.
+constexpr double shortest_status_interval = 5.0, longest_status_interval = 20.0;  // s
+
 // Owns one run; the constructor brings it to its first step, `run` to its end.
 class Simulation {
  public:
   Simulation(const Comm& comm, const Scene& scene, const RunOptions& options)
-      : comm_(comm), scene_(scene), options_(options) {
-    clock_.start = last_progress_ = last_checkpoint_time_ = MPI_Wtime();
-    check_grid_output(scene_, comm_.size());
-    check_colliders(scene_);
-    prepare_folder();
+      : comm_(comm),
+        scene_(scene),
+        options_(options),
+        progress_(progress_at_start(comm, scene, options)),
+        watchdog_(comm, scene.checkpoint.timeout) {
+    clock_.start = last_progress_ = last_checkpoint_time_ = last_status_ = MPI_Wtime();
     for (const NamedMaterial& material : scene_.materials)
       if (!material.caveat.empty()) warn(fmt::format("material '{}': {}", material.name, material.caveat));
     const GlobalIndex restart_step = options_.restart ? restore() : start();
     clock_.first_step = state_.step;
+    clock_.first_time = state_.time;
     balancer_ = std::make_unique<Balancer>(comm_, scene_.partition, state_.cost, state_.step);
     history_ = std::make_unique<History>(comm_, options_.folder, history_columns(scene_.colliders), restart_step);
     prepare_colliders();
@@ -44,12 +59,21 @@ class Simulation {
   }
 
   RunOutcome run();
+  std::string save_neighbourhood(const StepFailure& failure);
   const SimulationState& state() const { return state_; }
-  const std::string& last_checkpoint() const { return last_checkpoint_; }
+  /// With phases and memory as the last renewal of status.json knew them. Not collective.
+  Status status(RunState state, const std::string& reason) const {
+    Status status{state, state_.step, state_.time, last_checkpoint_, reason, progress_};
+    update_clock(state_, clock_, status.progress);
+    return status;
+  }
+  std::string comfort() const {
+    return last_checkpoint_.empty() ? "there is no checkpoint yet" : "the last good checkpoint is " + last_checkpoint_;
+  }
 
  private:
-  void prepare_folder();
   GlobalIndex start();
+  ParticleSet load(const std::string& file);
   GlobalIndex restore();
   void prepare_colliders();
   void write_start();
@@ -67,12 +91,15 @@ class Simulation {
   void save_checkpoint();
   bool checkpoint_due(Request request) const;
   void report_progress(const TimeStepPlan& plan);
+  void renew_status(RunState state, const std::string& reason);
   void finish(RunState state, const std::string& reason);
+  std::string reason_to_stop(Request request) const;
   void say(const std::string& text) const {
     if (!options_.quiet) log_line(comm_, text);
   }
-  void warn(const std::string& text) const {
+  void warn(const std::string& text) {
     if (comm_.is_root()) fmt::print(stderr, "warning: {}\n", text);
+    if (progress_.warnings.size() < most_warnings_kept) progress_.warnings.push_back(text);
   }
 
   const Comm& comm_;
@@ -90,30 +117,15 @@ class Simulation {
   GlobalIndex checkpoint_step_ = -1;   // of the last checkpoint on disk
   double last_checkpoint_time_ = 0.0;  // MPI_Wtime, root's clock decides
   double checkpoint_seconds_ = 0.0;    // what the last one took
-  double slowest_step_ = 0.0;          // s, for the wall-time stop
+  double slowest_step_ = 0.0;          // s, with its output, for the wall-time stop
+  double last_look_for_stop_ = 0.0;    // MPI_Wtime
   double last_progress_ = 0.0;
+  double last_status_ = 0.0;  // MPI_Wtime, root's clock decides
+  RunProgress progress_;
+  WriteWatchdog watchdog_;
   GlobalIndex history_step_ = 0;   // of the last row
   double history_stepping_ = 0.0;  // clock_.stepping at the last row
 };
-
-// The folder exists, holds no other run, and takes the effective scene.
-void Simulation::prepare_folder() {
-  root_guard(comm_, [&] {
-    namespace fs = std::filesystem;
-    const fs::path folder = options_.folder;
-    std::error_code error;
-    fs::create_directories(folder, error);
-    if (error) throw UsageError(fmt::format("{}: the output folder cannot be made: {}", options_.folder, error.message()));
-    const bool used = fs::exists(folder / "history.csv") || fs::exists(folder / "status.json");
-    if (options_.restart || !used) return;
-    if (!options_.overwrite)
-      throw UsageError(fmt::format(
-          "{}: holds an earlier run; continue it with --restart, replace it with --overwrite, or choose another --out",
-          options_.folder));
-    for (const char* name : {"history.csv", "status.json", "scene.toml"}) remove_file(path_in(options_.folder, name));
-  });
-  if (!options_.restart) remove_checkpoints_after(comm_, options_.folder, -1);
-}
 
 GlobalIndex Simulation::start() {
   check_bodies(scene_, shared_counter(comm_));
@@ -129,27 +141,41 @@ GlobalIndex Simulation::start() {
   return -1;
 }
 
-GlobalIndex Simulation::restore() {
-  std::string file = options_.restart_file;
-  if (file.empty()) {
-    std::vector<std::string> warnings;
-    const auto latest = find_latest_checkpoint(comm_, options_.folder, warnings);
-    for (const std::string& warning : warnings) warn(warning);
-    if (!latest) throw UsageError(fmt::format("{}: there is no whole checkpoint to restart from", options_.folder));
-    file = *latest;
-  }
+// State and particles of a checkpoint: each rank reads an equal share in the order of the file. Then the partition is made,
+// then particles go to their ranks.
+ParticleSet Simulation::load(const std::string& file) {
   const CheckpointHeader header = read_header(comm_, file);
   expect_materials(file, header.material_names, scene_);
-  if (header.scene_text != scene_.effective_text)
-    warn(fmt::format("{}: was written by a scene that differs from this one; continuing with this one", file));
-  state_ = load_state(header.step, header.time, header.reals, header.integers);
-  state_.cost.n_exchanges = scene_.transfer.n_exchanges();
-
-  // Each rank reads an equal share in the order of the file; then the partition is made, then particles go to their ranks.
+  const std::string changes = expect_same_scene(file, header.scene_text, scene_, options_.changed_scene);
+  if (!changes.empty()) warn(changes);
+  try {
+    state_ = load_state(header.step, header.time, header.reals, header.integers);
+  } catch (const RunError& error) {
+    throw RunError(fmt::format("cannot read '{}': {}", file, error.what()));
+  }
   ParticleSet particles(optional_fields(scene_));
   const GlobalIndex n = header.n_particles;
   const GlobalIndex first = n * comm_.rank() / comm_.size(), last = n * (comm_.rank() + 1) / comm_.size();
   read_checkpoint(comm_, file, first, last - first, particles);
+  collective_guard(comm_, [&] { expect_inside(scene_.grid, particles, file); });
+  return particles;
+}
+
+GlobalIndex Simulation::restore() {
+  ParticleSet particles(optional_fields(scene_));
+  std::string file = options_.restart_file;
+  if (file.empty()) {
+    std::vector<std::string> warnings;
+    const auto latest = read_latest_checkpoint(comm_, options_.folder, warnings,
+                                               [&](const std::string& candidate) { particles = load(candidate); });
+    for (const std::string& warning : warnings) warn(warning);
+    if (!latest) throw UsageError(fmt::format("{}: there is no whole checkpoint to restart from", options_.folder));
+    file = *latest;
+  } else {
+    particles = load(file);
+  }
+  fit_frame_tick(state_, scene_.output.frame_interval);
+  state_.cost.n_exchanges = scene_.transfer.n_exchanges();
   const auto n_materials = static_cast<int>(scene_.materials.size());
   const TileCensus census = gather_census(comm_, take_census(scene_.grid, particles, n_materials));
   Partition partition = first_partition(comm_, scene_, census, state_.cost);
@@ -160,9 +186,11 @@ GlobalIndex Simulation::restore() {
     solver_->set_contact_impulses(impulses);
   }
   last_checkpoint_ = file;
+  progress_.checkpoint_time = state_.time;
   checkpoint_step_ = state_.step;
   history_step_ = state_.step;
   remove_checkpoints_after(comm_, options_.folder, state_.step);
+  root_guard(comm_, [&] { write_text_atomically(path_in(options_.folder, "scene.toml"), scene_.effective_text); });
   say(fmt::format("continuing from {} at step {}, t = {:g} s", file, state_.step, state_.time));
   return state_.step;
 }
@@ -177,24 +205,43 @@ bool Simulation::at_end() const {
   return state_.time >= scene_.time.end_time || (options_.max_steps >= 0 && state_.step >= options_.max_steps);
 }
 
-// What this rank asks for. Times are the root's, so that one clock decides; the step's all-reduce makes it everyone's.
+// What this rank asks for. Times and files are the root's, so that one clock decides; the step's all-reduce makes it
+// everyone's.
 Request Simulation::request() {
   Request wanted = pending_request();
   if (!comm_.is_root()) return wanted;
   const double now = MPI_Wtime();
-  if (options_.max_walltime > 0.0) {
-    const double reserve = 2.0 * checkpoint_seconds_ + 3.0 * slowest_step_ + 0.01 * options_.max_walltime;
-    if (now - clock_.start + reserve > options_.max_walltime) wanted = Request::stop;
-  }
   const double interval = scene_.checkpoint.wall_interval;
   if (interval > 0.0 && now - last_checkpoint_time_ >= interval) wanted = std::max(wanted, Request::checkpoint);
+  const double status_interval = std::clamp(now - clock_.start, shortest_status_interval, longest_status_interval);
+  if (now - last_status_ >= status_interval) wanted = std::max(wanted, Request::status);
+  if (options_.max_walltime > 0.0) {
+    const double elapsed = now - options_.begin;
+    const double reserve = 2.0 * checkpoint_seconds_ + 3.0 * slowest_step_ + 0.01 * options_.max_walltime;
+    if (elapsed + reserve > options_.max_walltime) wanted = std::max(wanted, Request::stop_by_walltime);
+    // One must have been written to know how long the last one will take.
+    if (checkpoint_seconds_ == 0.0 && elapsed > walltime_before_first_checkpoint * options_.max_walltime)
+      wanted = std::max(wanted, Request::checkpoint);
+  }
+  if (now - last_look_for_stop_ >= seconds_between_looks_for_stop) {
+    last_look_for_stop_ = now;
+    std::error_code none;
+    if (std::filesystem::exists(path_in(options_.folder, stop_file), none)) wanted = std::max(wanted, Request::stop_by_file);
+  }
   return wanted;
+}
+
+std::string Simulation::reason_to_stop(Request request) const {
+  if (request == Request::stop_by_file) return fmt::format("by the file {}", path_in(options_.folder, stop_file));
+  if (request == Request::stop_by_walltime)
+    return fmt::format("before its wall time of {:g} s is over", options_.max_walltime);
+  return "by a signal";
 }
 
 double Simulation::next_output() const {
   const double interval = scene_.output.frame_interval;
   if (interval <= 0.0) return scene_.time.end_time;
-  return std::min(scene_.time.end_time, static_cast<double>(state_.next_frame) * interval);
+  return std::min(scene_.time.end_time, static_cast<double>(state_.frame_tick) * interval);
 }
 
 void Simulation::take_step() {
@@ -212,7 +259,6 @@ void Simulation::take_step() {
   clock_.stepping += seconds;
   clock_.particle_steps += static_cast<double>(report_.bounds.n_particles);
   clock_.largest_share_steps += static_cast<double>(report_.bounds.largest_share);
-  slowest_step_ = std::max(slowest_step_, seconds);
 }
 
 void Simulation::balance() {
@@ -227,8 +273,9 @@ void Simulation::balance() {
 
 void Simulation::write_frame_if_due(bool landed) {
   const double interval = scene_.output.frame_interval;
-  if (interval <= 0.0 || !landed || state_.time < static_cast<double>(state_.next_frame) * interval) return;
+  if (interval <= 0.0 || !landed || state_.time < static_cast<double>(state_.frame_tick) * interval) return;
   const double before = MPI_Wtime();
+  const auto watch = watchdog_.watch(frame_path(options_.folder, state_.next_frame), comfort());
   if (scene_.output.tiles) {
     const TileTotals totals = tile_totals(comm_, scene_.grid, solver_->census(), state_.cost);
     const TileValues tiles{scene_.grid, solver_->partition().worker, totals.n_particles, totals.cost};
@@ -238,6 +285,7 @@ void Simulation::write_frame_if_due(bool landed) {
   }
   frames_->add(comm_, state_.next_frame);
   ++state_.next_frame;
+  ++state_.frame_tick;
   clock_.output += MPI_Wtime() - before;
 }
 
@@ -284,6 +332,8 @@ bool Simulation::checkpoint_due(Request request) const {
 void Simulation::save_checkpoint() {
   if (checkpoint_step_ == state_.step) return;
   const double before = MPI_Wtime();
+  const auto watch = watchdog_.watch(checkpoint_path(options_.folder, state_.step), comfort());
+  history_->sync(comm_);  // the rows before the checkpoint are as durable as itself
   CheckpointHeader header;
   header.step = state_.step;
   header.time = state_.time;
@@ -295,10 +345,11 @@ void Simulation::save_checkpoint() {
   write_checkpoint(comm_, options_.folder, header, solver_->particles(), names, scene_.checkpoint.keep);
   last_checkpoint_ = checkpoint_path(options_.folder, state_.step);
   checkpoint_step_ = state_.step;
+  progress_.checkpoint_time = state_.time;
   last_checkpoint_time_ = MPI_Wtime();
   checkpoint_seconds_ = last_checkpoint_time_ - before;
   clock_.output += checkpoint_seconds_;
-  write_status(comm_, options_.folder, {RunState::running, state_.step, state_.time, last_checkpoint_, ""});
+  renew_status(RunState::running, "");
 }
 
 void Simulation::report_progress(const TimeStepPlan& plan) {
@@ -308,8 +359,15 @@ void Simulation::report_progress(const TimeStepPlan& plan) {
   say(progress_line(state_, plan, scene_.time.end_time, clock_, comm_.size()));
 }
 
+void Simulation::renew_status(RunState state, const std::string& reason) {
+  const auto watch = watchdog_.watch(path_in(options_.folder, "status.json"), comfort());
+  update_progress(comm_, state_, clock_, solver_->times(), progress_);
+  write_status(comm_, options_.folder, status(state, reason));
+  last_status_ = MPI_Wtime();
+}
+
 void Simulation::finish(RunState state, const std::string& reason) {
-  write_status(comm_, options_.folder, {state, state_.step, state_.time, last_checkpoint_, reason});
+  renew_status(state, reason);
   const std::string summary = run_summary(comm_, state_, clock_, solver_->times(), balancer_->totals(), halo_traffic());
   say(summary);
   say(fmt::format("{}: {}", name(state), reason));
@@ -320,7 +378,7 @@ void Simulation::write_start() {
                   scene_.title.empty() ? "run" : scene_.title, state_.bounds.n_particles, scene_.grid.n_cells[0],
                   scene_.grid.n_cells[1], scene_.grid.n_cells[2], scene_.grid.cell_size, comm_.size(),
                   boxes_text(solver_->partition().boxes), options_.folder));
-  write_status(comm_, options_.folder, {RunState::running, state_.step, state_.time, last_checkpoint_, ""});
+  renew_status(RunState::running, "");
   if (options_.restart) return;
   write_frame_if_due(true);
   write_history(nullptr);
@@ -329,18 +387,25 @@ void Simulation::write_start() {
 RunOutcome Simulation::run() {
   write_start();
   while (!at_end()) {
+    const double before = MPI_Wtime();
     take_step();
     write_frame_if_due(report_.plan.lands);
     if (state_.step % scene_.output.history_interval == 0 || state_.time >= scene_.time.end_time) write_history(&report_);
     report_progress(report_.plan);
+    slowest_step_ = std::max(slowest_step_, MPI_Wtime() - before);
     const auto asked = static_cast<Request>(report_.bounds.stop_request);
-    if (asked == Request::stop && !at_end()) {
+    if (asks_to_stop(asked) && !at_end()) {
       save_checkpoint();
-      finish(RunState::stopped, fmt::format("on request at step {}; continue with: bulkley run ... --out {} --restart",
-                                            state_.step, options_.folder));
+      // Only now: whoever is told to stop and dies on the way must find it again.
+      if (asked == Request::stop_by_file) root_guard(comm_, [&] { remove_file(path_in(options_.folder, stop_file)); });
+      finish(RunState::stopped, fmt::format("{} at step {}; continue with: mpirun -n {} {}", reason_to_stop(asked),
+                                            state_.step, comm_.size(), options_.continuation));
       return RunOutcome::stopped;
     }
-    if (checkpoint_due(asked)) save_checkpoint();
+    if (checkpoint_due(asked))
+      save_checkpoint();
+    else if (asked == Request::status)
+      renew_status(RunState::running, "");
   }
   if (scene_.checkpoint.at_end || options_.max_steps >= 0) save_checkpoint();
   finish(RunState::finished, state_.time >= scene_.time.end_time
@@ -349,20 +414,68 @@ RunOutcome Simulation::run() {
   return RunOutcome::finished;
 }
 
+// Writes the particles about the place of the failure, as they are now, with all they hold; says where. Collective.
+std::string Simulation::save_neighbourhood(const StepFailure& failure) {
+  const ParticleSet& particles = solver_->particles();
+  const double reach = cells_around_failure * scene_.grid.cell_size;
+  std::vector<LocalIndex> near;
+  for (LocalIndex p = 0; p < particles.size(); ++p) {
+    const Vec3 x = particles.vector(Field::position, p);
+    if (failure.place ? (x - *failure.place).cwiseAbs().maxCoeff() <= reach : !x.allFinite()) near.push_back(p);
+  }
+  OutputSettings everything;
+  everything.precision = FloatPrecision::float64;
+  everything.fields = particle_field_names(particles);
+  const std::string file = path_in(options_.folder, fmt::format("failure_{:09}.h5", state_.step + 1));
+  const auto watch = watchdog_.watch(file, comfort());
+  try {
+    write_frame_file(comm_, file, {0, state_.step + 1, state_.time, 0}, particles.selected(near), scene_.materials,
+                     everything);
+  } catch (const RunError& error) {  // alike on every rank
+    return fmt::format("what is around could not be saved: {}", error.what());
+  }
+  return fmt::format("what is around is saved in {}", file);
+}
+
+// An abort comes from one rank alone. The root goes first: it usually fails, too, and two would write the same file.
+std::string last_words(const Comm& comm, const std::string& folder, const Simulation& simulation,
+                       const std::string& message) {
+  if (!comm.is_root()) std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  std::string text = fmt::format("; {}", simulation.comfort());
+  write_status_alone(folder, simulation.status(RunState::failed, message + text));
+  return text;
+}
+
+// Collective.
+[[noreturn]] void fail(const Comm& comm, const std::string& folder, const Simulation& simulation, const std::string& fault) {
+  const SimulationState& state = simulation.state();
+  const std::string text =
+      fmt::format("step {}, t = {:g} s: {}; {}", state.step + 1, state.time, fault, simulation.comfort());
+  write_failure(comm, folder, simulation.status(RunState::failed, text));
+  throw RunError(text);
+}
+
 }  // namespace
 
 RunOutcome run_simulation(const Comm& comm, const Scene& scene, const RunOptions& options) {
-  Simulation simulation(comm, scene, options);
+  check_grid_output(scene, comm.size());
+  check_colliders(scene);
+  prepare_folder(comm, options);
+  std::unique_ptr<Simulation> simulation;
   try {
-    return simulation.run();
+    simulation = std::make_unique<Simulation>(comm, scene, options);
   } catch (const RunError& error) {  // alike on every rank
-    const std::string& checkpoint = simulation.last_checkpoint();
-    const std::string text =
-        fmt::format("step {}, t = {:g} s: {}; {}", simulation.state().step + 1, simulation.state().time, error.what(),
-                    checkpoint.empty() ? "there is no checkpoint yet" : "the last good checkpoint is " + checkpoint);
-    write_status(comm, options.folder,
-                 {RunState::failed, simulation.state().step, simulation.state().time, checkpoint, text});
-    throw RunError(text);
+    write_failure(comm, options.folder,
+                  {RunState::failed, 0, 0.0, "", error.what(), progress_at_start(comm, scene, options)});
+    throw;
+  }
+  const AbortWords words([&](const std::string& message) { return last_words(comm, options.folder, *simulation, message); });
+  try {
+    return simulation->run();
+  } catch (const StepFailure& failure) {  // alike on every rank
+    fail(comm, options.folder, *simulation, fmt::format("{}; {}", failure.what(), simulation->save_neighbourhood(failure)));
+  } catch (const RunError& error) {  // alike on every rank
+    fail(comm, options.folder, *simulation, error.what());
   }
 }
 

@@ -1,11 +1,12 @@
 #include "simulation_report.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <array>
 
 #include "bulkley/config/duration.hpp"
-#include "bulkley/io/status.hpp"
 
 namespace bulkley {
 
@@ -114,6 +115,35 @@ std::vector<HistoryValue> history_row(const SimulationState& state, const StepRe
 double particle_imbalance(const StepBounds& bounds, int n_ranks) {
   if (bounds.n_particles == 0) return 1.0;
   return static_cast<double>(bounds.largest_share) * n_ranks / static_cast<double>(bounds.n_particles);
+}
+
+RunProgress progress_at_start(const Comm& comm, const Scene& scene, const RunOptions& options) {
+  RunProgress progress;
+  progress.title = scene.title;
+  progress.program = options.program;
+  if (!options.continuation.empty())
+    progress.continuation = fmt::format("mpirun -n {} {}", comm.size(), options.continuation);
+  std::array<char, 256> host{};  // ends with a zero: gethostname may not write one
+  if (::gethostname(host.data(), host.size() - 1) == 0) progress.host = host.data();
+  progress.n_ranks = comm.size();
+  progress.end_time = scene.time.end_time;
+  return progress;
+}
+
+void update_clock(const SimulationState& state, const RunClock& clock, RunProgress& progress) {
+  progress.n_particles = state.bounds.n_particles;
+  progress.first_step = clock.first_step;
+  progress.first_time = clock.first_time;
+  progress.elapsed = MPI_Wtime() - clock.start;
+  progress.stepping = clock.stepping;
+  progress.output = clock.output;
+}
+
+void update_progress(const Comm& comm, const SimulationState& state, const RunClock& clock, const PhaseTimes& times,
+                     RunProgress& progress) {
+  update_clock(state, clock, progress);
+  progress.peak_memory = max_global(comm, static_cast<double>(peak_resident_bytes()));
+  progress.phases = summarize(comm, times);
 }
 
 std::string progress_line(const SimulationState& state, const TimeStepPlan& plan, double end_time, const RunClock& clock,

@@ -5,6 +5,8 @@
 #include <vector>
 
 #include "bulkley/io/history.hpp"
+#include "bulkley/io/status.hpp"
+#include "bulkley/simulation.hpp"
 #include "bulkley/solver/balancer.hpp"
 #include "bulkley/solver/diagnostics.hpp"
 #include "bulkley/solver/solver.hpp"
@@ -43,7 +45,18 @@ struct RunClock {
   double particle_steps = 0.0;       ///< sum over steps of the global number of particles
   double largest_share_steps = 0.0;  ///< sum over steps of the particles of the fullest rank
   GlobalIndex first_step = 0;        ///< step number the process started from
+  double first_time = 0.0;           ///< s, the time it started from
 };
+
+/// What is known of a run before its first step. Not collective.
+RunProgress progress_at_start(const Comm& comm, const Scene& scene, const RunOptions& options);
+
+/// Brings up to date what this rank knows by itself: particles and wall times. Not collective.
+void update_clock(const SimulationState& state, const RunClock& clock, RunProgress& progress);
+
+/// Brings `progress` up to date, but for its warnings and its checkpoint. Collective.
+void update_progress(const Comm& comm, const SimulationState& state, const RunClock& clock, const PhaseTimes& times,
+                     RunProgress& progress);
 
 /// step, time, time step and its limiter, particles, largest speed, imbalance, rate, elapsed and remaining time.
 std::string progress_line(const SimulationState& state, const TimeStepPlan& plan, double end_time, const RunClock& clock,

@@ -1,10 +1,14 @@
 #include "bulkley/simulation_setup.hpp"
 
+#include <algorithm>
+
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "bulkley/base/gather.hpp"
 #include "bulkley/kernel/stress_update.hpp"
 #include "bulkley/particle/mesh_shape.hpp"
+#include "bulkley/scene_difference.hpp"
 
 namespace bulkley {
 
@@ -53,6 +57,31 @@ void expect_materials(const std::string& file, const std::vector<std::string>& f
     throw UsageError(
         fmt::format("{}: its materials are [{}], those of the scene [{}]: this is a checkpoint of another scene", file,
                     fmt::join(found, ", "), fmt::join(names, ", ")));
+}
+
+std::string expect_same_scene(const std::string& file, const std::string& scene_text, const Scene& scene, bool may) {
+  constexpr std::size_t n_told = 3;
+  const std::vector<std::string> differences = scene_differences(scene_text, scene);
+  if (differences.empty()) return {};
+  const std::size_t n = std::min(n_told, differences.size());
+  std::string text =
+      fmt::format("{}: its scene is not this one: {}", file, fmt::join(differences.begin(), differences.begin() + n, "; "));
+  if (differences.size() > n) text += fmt::format("; and {} more", differences.size() - n);
+  if (!may) throw UsageError(text + "; --changed-scene continues all the same");
+  return text + "; continuing with this one";
+}
+
+void expect_inside(const GridGeometry& grid, const ParticleSet& particles, const std::string& file) {
+  const Vec3 lower = grid.lower, upper = grid.upper();
+  for (int axis = 0; axis < 3; ++axis) {
+    const double* const x = particles.real(Field::position, axis);
+    for (LocalIndex p = 0; p < particles.size(); ++p)
+      if (!(x[p] >= lower[axis] && x[p] <= upper[axis]))
+        throw UsageError(
+            fmt::format("{}: holds particles outside the domain of the scene: this is a checkpoint of another "
+                        "scene",
+                        file));
+  }
 }
 
 TileCensus seeded_census(const Comm& comm, const Scene& scene) {

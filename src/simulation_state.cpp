@@ -1,5 +1,8 @@
 #include "simulation_state.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 #include <fmt/format.h>
 
 #include "bulkley/base/error.hpp"
@@ -47,6 +50,7 @@ void for_each_number(State& state, Visit visit) {
 // What older checkpoints may lack; it keeps its default then.
 template <class State, class Visit>
 void for_each_late_number(State& state, Visit visit) {
+  visit("frame_tick", state.frame_tick);
   visit("balance.n_repartitions", state.n_repartitions);
   visit("balance.n_moved", state.n_moved);
   visit("balance.n_migrated", state.n_migrated);
@@ -101,6 +105,7 @@ SimulationState load_state(GlobalIndex step, double time, const Reals& reals, co
     else
       number = find_number(integers, name);
   });
+  state.frame_tick = state.next_frame;
   for_each_late_number(state, [&](const char* name, GlobalIndex& number) {
     if (const auto found = integers.find(name); found != integers.end()) number = found->second;
   });
@@ -111,6 +116,16 @@ SimulationState load_state(GlobalIndex step, double time, const Reals& reals, co
     state.contact_impulses.push_back(word->second);
   state.cost = load_cost(reals);
   return state;
+}
+
+void fit_frame_tick(SimulationState& state, double frame_interval) {
+  if (frame_interval <= 0.0) return;
+  GlobalIndex& tick = state.frame_tick;
+  const auto time_of = [&](GlobalIndex n) { return static_cast<double>(n) * frame_interval; };
+  if (time_of(tick) > state.time && time_of(tick - 1) <= state.time) return;
+  constexpr double most = 1e15;  // still whole numbers
+  tick = static_cast<GlobalIndex>(std::min(most, std::floor(state.time / frame_interval)));
+  while (time_of(tick) <= state.time && static_cast<double>(tick) < most) ++tick;
 }
 
 }  // namespace bulkley

@@ -13,6 +13,7 @@ struct SimulationState {
   GlobalIndex step = 0;
   double time = 0.0;               ///< s
   GlobalIndex next_frame = 0;      ///< number of the next frame to write
+  GlobalIndex frame_tick = 0;      ///< its time in frame intervals; differs from its number once the interval was changed
   GlobalIndex n_removed = 0;       ///< particles that left through outflow faces so far
   GlobalIndex n_repartitions = 0;  ///< changes of the map of tiles to ranks so far
   GlobalIndex n_moved = 0;         ///< particles that those have sent to other ranks so far
@@ -32,5 +33,8 @@ void save_state(const SimulationState& state, Reals& reals, Integers& integers);
 
 /// The inverse. Throws RunError naming the first number that is missing.
 SimulationState load_state(GlobalIndex step, double time, const Reals& reals, const Integers& integers);
+
+/// After a restart with another frame interval (s): the next frame is due at its next multiple. Otherwise nothing changes.
+void fit_frame_tick(SimulationState& state, double frame_interval);
 
 }  // namespace bulkley

@@ -1,8 +1,13 @@
 # Writes bulkley/version.hpp into the build folder: version, git commit, compiler, flags.
 
+# A source archive holds the commit in a file, which git filled in (.gitattributes).
 set(BULKLEY_GIT_COMMIT unknown)
+file(STRINGS ${CMAKE_CURRENT_LIST_DIR}/archive_commit.txt archived_commit LIMIT_COUNT 1)
+if(archived_commit MATCHES "^[0-9a-f]+$")
+  set(BULKLEY_GIT_COMMIT ${archived_commit})
+endif()
 find_package(Git QUIET)
-if(GIT_FOUND)
+if(GIT_FOUND AND EXISTS ${PROJECT_SOURCE_DIR}/.git)
   execute_process(COMMAND ${GIT_EXECUTABLE} describe --always --dirty --abbrev=12 --exclude=*
     WORKING_DIRECTORY ${PROJECT_SOURCE_DIR} OUTPUT_VARIABLE commit RESULT_VARIABLE code
     OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)

@@ -26,6 +26,13 @@ std::vector<std::string> material_names(const Scene& scene);
 /// Throws UsageError unless `found`, the materials of the checkpoint `file`, are those of the scene. Not collective.
 void expect_materials(const std::string& file, const std::vector<std::string>& found, const Scene& scene);
 
+/// Throws UsageError if the scene differs from the one in the checkpoint `file` (scene_differences) with the first keys that do,
+/// or returns that sentence if it `may` differ; empty if it does not. Not collective.
+std::string expect_same_scene(const std::string& file, const std::string& scene_text, const Scene& scene, bool may);
+
+/// Throws UsageError if a particle of the checkpoint `file` lies outside the domain. Not collective.
+void expect_inside(const GridGeometry& grid, const ParticleSet& particles, const std::string& file);
+
 /// What the tiles hold at the scene's start, on the root, empty elsewhere; each rank counts a share of the tiles.
 /// Collective.
 TileCensus seeded_census(const Comm& comm, const Scene& scene);

@@ -36,6 +36,18 @@ std::string broadcast_text_from(const Comm& comm, int source, std::string text) 
   return text;
 }
 
+std::function<std::string(const std::string&)> abort_work;
+
+// What the run in progress has to say to its abort; nothing if that fails in turn.
+std::string abort_words(const std::string& message) {
+  if (!abort_work) return {};
+  try {
+    return std::exchange(abort_work, nullptr)(message);  // an abort inside it must not call it again
+  } catch (const std::exception&) {
+    return {};
+  }
+}
+
 enum class Failure : int { none, usage, run };
 
 struct Outcome {
@@ -85,11 +97,14 @@ void abort_all_ranks(const std::string& message, const char* file, int line) {
   const MPI_Comm all = PETSC_COMM_WORLD != MPI_COMM_NULL ? PETSC_COMM_WORLD : MPI_COMM_SELF;
   int rank = 0;
   MPI_Comm_rank(all, &rank);
-  std::fprintf(stderr, "bulkley: rank %d: %s (%s:%d)\n", rank, message.c_str(), file, line);
+  std::fprintf(stderr, "bulkley: rank %d: %s%s (%s:%d)\n", rank, message.c_str(), abort_words(message).c_str(), file, line);
   std::fflush(nullptr);
   MPI_Abort(all, static_cast<int>(ExitCode::failed));
   std::_Exit(static_cast<int>(ExitCode::failed));
 }
+
+AbortWords::AbortWords(std::function<std::string(const std::string&)> work) { abort_work = std::move(work); }
+AbortWords::~AbortWords() { abort_work = nullptr; }
 
 void install_assert_handler() { assert_handler = report_failed_assert; }
 

@@ -24,6 +24,9 @@ bool refuse_value(const Value& value, const std::string& wanted, Faults& faults)
   return false;
 }
 
+/// Far beyond anything physical, and its third power is still a number.
+constexpr double largest_number = 1e100;
+
 bool is_number(const Value& value) { return value.kind == Kind::number || value.kind == Kind::integer; }
 
 std::string choices_in_words(const std::vector<std::int64_t>& choices) {
@@ -44,10 +47,13 @@ bool read_number(const Value& value, const Rule& rule, double& out, Faults& faul
   } else if (!is_number(value)) {
     return refuse_type(value, rule.duration ? "a number of seconds or a duration such as \"10m\"" : "a number", faults);
   }
-  if (!std::isfinite(seconds.number) || !rule.range.contains(seconds.number)) {
-    const std::string finite = std::isfinite(seconds.number) ? "" : "a finite number";
+  const bool too_large = std::isfinite(seconds.number) && std::abs(seconds.number) > largest_number;
+  if (!std::isfinite(seconds.number) || too_large || !rule.range.contains(seconds.number)) {
+    const std::string first = !std::isfinite(seconds.number) ? "a finite number"
+                              : too_large ? fmt::format("no larger than {:g} in magnitude", largest_number)
+                                          : "";
     const std::string range = rule.range.words();
-    return refuse_value(value, finite + (finite.empty() || range.empty() ? "" : ", ") + range, faults);
+    return refuse_value(value, first + (first.empty() || range.empty() ? "" : ", ") + range, faults);
   }
   out = seconds.number;
   return true;
@@ -145,13 +151,14 @@ std::string allowed_numbers(const Rule& rule) {
 
 std::string allowed_names(const std::vector<std::string>& names) {
   std::vector<std::string> quoted;
+  quoted.reserve(names.size());
   for (const std::string& name : names) quoted.push_back("`\"" + name + "\"`");
   return fmt::format("{}", fmt::join(quoted, ", "));
 }
 
 void report_unknown_keys(const Value& table, const std::vector<std::string>& known, Faults& faults) {
   for (const Value& entry : table.items)
-    if (std::find(known.begin(), known.end(), entry.key) == known.end())
+    if (!faults.plenty() && std::find(known.begin(), known.end(), entry.key) == known.end())
       faults.add(entry.key_place, fmt::format("unknown {} '{}' {}{}", entry.is_table() ? "table" : "key", entry.key,
                                               in_table(table.path), suggestion(entry.key, known)));
 }

@@ -4,10 +4,10 @@
 #include <muParser.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <regex>
 
 #include "bulkley/base/error.hpp"
 
@@ -16,12 +16,27 @@ namespace {
 
 constexpr double undefined = std::numeric_limits<double>::quiet_NaN();
 
-/// The names that the formula assigns to, each once.
+/// More would be no formula that a person wrote; muParser's time and stack grow with the length.
+constexpr std::size_t longest_formula = 4000;
+
+bool is_letter(char c) { return std::isalpha(static_cast<unsigned char>(c)) || c == '_'; }
+bool is_letter_or_digit(char c) { return is_letter(c) || std::isdigit(static_cast<unsigned char>(c)); }
+
+/// The names that the formula assigns to, each once: names before a single `=`.
 std::vector<std::string> assigned_names(const std::string& text) {
-  static const std::regex assignment(R"(([A-Za-z_]\w*)\s*=(?!=))");
   std::vector<std::string> names;
-  for (std::sregex_iterator match(text.begin(), text.end(), assignment), end; match != end; ++match)
-    if (std::find(names.begin(), names.end(), (*match)[1]) == names.end()) names.push_back((*match)[1]);
+  for (std::size_t at = 0; at < text.size();) {
+    if (!is_letter_or_digit(text[at])) {
+      ++at;
+      continue;
+    }
+    const std::size_t first = at;
+    while (at < text.size() && is_letter_or_digit(text[at])) ++at;
+    const std::string name = text.substr(first, at - first);
+    while (at < text.size() && std::isspace(static_cast<unsigned char>(text[at]))) ++at;
+    const bool is_assigned = is_letter(name[0]) && text.compare(at, 1, "=") == 0 && text.compare(at, 2, "==") != 0;
+    if (is_assigned && std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  }
   return names;
 }
 
@@ -45,6 +60,8 @@ struct Formula::Parts {
 };
 
 Formula::Formula(const std::string& text, const std::vector<std::string>& variables) : parts_(std::make_unique<Parts>()) {
+  if (text.size() > longest_formula)
+    throw UsageError(fmt::format("it has {} characters; a formula may have at most {}", text.size(), longest_formula));
   mu::Parser& parser = parts_->parser;
   try {
     const std::vector<std::string> own = assigned_names(text);
@@ -117,7 +134,7 @@ bool Codec<VectorFormula>::read(const Value& value, const Rule& rule, VectorForm
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const Value& item = value.items[axis];
     try {
-      Formula(item.text, rule.names);
+      const Formula read(item.text, rule.names);
       out.text[axis] = item.text;
     } catch (const UsageError& error) {
       faults.add(item.place, fmt::format("'{}' is no formula of {}: \"{}\": {}", item.path, fmt::join(rule.names, ", "),

@@ -27,6 +27,7 @@ std::optional<std::string> nearest(const std::string& word, const std::vector<st
   std::optional<std::string> best;
   std::size_t best_distance = std::max<std::size_t>(2, word.size() / 3) + 1;
   for (const std::string& candidate : candidates) {
+    if (candidate.size() > longest) continue;
     const std::size_t distance = edit_distance(word, candidate);
     if (distance < best_distance && distance < candidate.size()) {
       best = candidate;
@@ -39,7 +40,10 @@ std::optional<std::string> nearest(const std::string& word, const std::vector<st
 std::string suggestion(const std::string& word, const std::vector<std::string>& candidates) {
   if (const auto near = nearest(word, candidates)) return "; did you mean '" + *near + "'?";
   constexpr std::size_t most = 20;
-  if (candidates.empty() || candidates.size() > most) return "";
+  constexpr std::size_t longest = 1000;
+  std::size_t length = 0;
+  for (const std::string& candidate : candidates) length += candidate.size();
+  if (candidates.empty() || candidates.size() > most || length > longest) return "";
   return "; known: " + quoted_list(candidates, '\'');
 }
 

@@ -7,6 +7,7 @@
 #include "bulkley/base/error.hpp"
 #include "bulkley/config/nearest.hpp"
 #include "bulkley/config/toml.hpp"
+#include "text_limits.hpp"
 
 namespace bulkley::config {
 namespace {
@@ -55,6 +56,7 @@ Value convert(const toml::node& node, const std::string& source, const std::stri
 std::string reword(const std::string& remark) {
   if (const auto at = remark.find("cannot redefine existing "); at != std::string::npos) {
     const auto first = remark.find('\'', at), last = remark.rfind('\'');
+    if (first == std::string::npos) return "a key is given twice: " + remark.substr(at);  // by a dotted key, without a name
     const std::string what = remark.find("existing table", at) != std::string::npos ? "table" : "key";
     return fmt::format("{} {} is given twice", what, remark.substr(first, last - first + 1));
   }
@@ -124,15 +126,22 @@ std::string entries_of(const Value& list) {
 }  // namespace
 
 Value parse_toml(const std::string& text, const std::string& file_name) {
+  if (const auto fault = size_fault(text))
+    throw UsageError(Place{file_name, fault->line, fault->column}.text() + ": " + fault->sentence);
   try {
     return convert(toml::parse(std::string_view(text)), file_name, "");
   } catch (const toml::parse_error& error) {
-    throw UsageError(place_of(error.source(), file_name).text() + ": " + reword(std::string(error.description())));
+    throw UsageError(place_of(error.source(), file_name).text() + ": " +
+                     printable(reword(std::string(error.description()))));
   }
 }
 
 void apply_override(Value& root, const std::string& assignment, Faults& faults) {
-  const Place place{"--set " + assignment, 0, 0};
+  const Place place{printable("--set " + assignment), 0, 0};
+  if (!is_utf8(assignment) || size_fault(assignment)) {
+    faults.add(place, "this override is no UTF-8 text, too long or nested too deeply");
+    return;
+  }
   const auto equals = assignment.find('=');
   const std::vector<std::string> keys =
       equals == std::string::npos ? std::vector<std::string>{} : split_path(assignment.substr(0, equals));

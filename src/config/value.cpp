@@ -9,6 +9,22 @@
 #include "bulkley/config/toml.hpp"
 
 namespace bulkley::config {
+namespace {
+
+constexpr std::size_t longest_path = 200, longest_sentence = 2000;  ///< bytes
+
+bool is_continuation(char c) { return (static_cast<unsigned char>(c) & 0xc0u) == 0x80u; }
+
+/// Without the middle of what is longer than `longest`, cut between characters.
+std::string shortened(const std::string& text, std::size_t longest) {
+  if (text.size() <= longest) return text;
+  std::size_t head = 2 * longest / 3, tail = text.size() - longest / 3;
+  while (head > 0 && is_continuation(text[head])) --head;
+  while (tail < text.size() && is_continuation(text[tail])) ++tail;
+  return text.substr(0, head) + " ... " + text.substr(tail);
+}
+
+}  // namespace
 
 std::string Place::text() const { return line > 0 ? fmt::format("{}:{}:{}", source, line, column) : source; }
 
@@ -95,9 +111,42 @@ std::string table_name(const std::string& path) { return "[" + path + "]"; }
 
 std::string in_table(const std::string& path) { return path.empty() ? "at the top level" : "in " + table_name(path); }
 
-std::string child_path(const std::string& path, const std::string& key) { return path.empty() ? key : path + "." + key; }
+std::string child_path(const std::string& path, const std::string& key) {
+  return path.empty() ? shortened(key, longest_path) : shortened(path + "." + key, longest_path);
+}
 
-void Faults::add(const Place& place, const std::string& sentence) { faults_.push_back({place, sentence}); }
+std::string printable(const std::string& text) {
+  std::string result;
+  for (const char c : shortened(text, longest_sentence))
+    if (c == '\n')
+      result += "\\n";
+    else
+      result += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? '?' : c;
+  return result;
+}
+
+bool is_utf8(std::string_view text) {
+  const auto follows = [&](std::size_t at) { return at < text.size() && is_continuation(text[at]); };
+  for (std::size_t at = 0; at < text.size();) {
+    const auto byte = static_cast<unsigned char>(text[at]);
+    const std::size_t n = byte < 0x80 ? 0 : byte >= 0xc2 && byte < 0xe0 ? 1 : byte >= 0xe0 && byte < 0xf0 ? 2 : 3;
+    if (n == 3 && (byte < 0xf0 || byte > 0xf4)) return false;
+    for (std::size_t k = 1; k <= n; ++k)
+      if (!follows(at + k)) return false;
+    const auto second = n > 1 ? static_cast<unsigned char>(text[at + 1]) : 0x90u;
+    // Overlong forms, surrogates, and what lies beyond the last code point.
+    if ((byte == 0xe0 && second < 0xa0) || (byte == 0xed && second > 0x9f) || (byte == 0xf0 && second < 0x90) ||
+        (byte == 0xf4 && second > 0x8f))
+      return false;
+    at += n + 1;
+  }
+  return true;
+}
+
+void Faults::add(const Place& place, const std::string& sentence) {
+  ++n_;
+  if (!plenty()) faults_.push_back({place, printable(sentence)});
+}
 
 void Faults::throw_if_any() const {
   if (faults_.empty()) return;
@@ -108,6 +157,7 @@ void Faults::throw_if_any() const {
   std::string text;
   for (const Fault& fault : sorted)
     text += fmt::format("{}{}: {}", text.empty() ? "" : "\n", fault.place.text(), fault.sentence);
+  if (n_ > sorted.size()) text += fmt::format("\n... and {} more faults", n_ - sorted.size());
   throw UsageError(text);
 }
 

@@ -1,26 +1,30 @@
 #include "bulkley/io/array_file.hpp"
 
-#include <fcntl.h>
-#include <sys/statvfs.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <bit>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
 
 #include <fmt/format.h>
 
+#include "bulkley/base/gather.hpp"
 #include "bulkley/io/text_file.hpp"
 #include "checksum.hpp"
+#include "placed_file.hpp"
 
 namespace bulkley {
 
 namespace {
 
-constexpr GlobalIndex portion = GlobalIndex{16} << 20;       // bytes in memory at a time; far below MPI-IO's 2 GiB
+constexpr GlobalIndex portion = GlobalIndex{16} << 20;       // bytes in memory at a time
 constexpr GlobalIndex metadata_room = GlobalIndex{1} << 20;  // bytes; headers of our files take some tens of KiB
-constexpr double free_space_factor = 1.1;
+static_assert(std::endian::native == std::endian::little, "values are written as they lie in memory");
+
+/// What is being compressed; clean-ups look for names that end in ".packed.tmp", too.
+std::string packed_name(const std::string& path) { return path + ".packed.tmp"; }
 
 GlobalIndex plane_bytes(const Array& array) {
   GlobalIndex bytes = static_cast<GlobalIndex>(element_size(array.type));
@@ -46,34 +50,9 @@ GlobalIndex size_on_disk(const FileContent& content) {
   return bytes;
 }
 
-/// Reserves the first `bytes` of a file; a file system that cannot reserve is taken at its word that it has room.
-void reserve(const std::string& path, GlobalIndex bytes, int open_flags) {
-  const int file = ::open(path.c_str(), O_WRONLY | O_CLOEXEC | open_flags, 0666);
-  if (file < 0) throw RunError(fmt::format("cannot create '{}': {}", path, std::strerror(errno)));
-  // fallocate, not posix_fallocate: where the file system cannot reserve, the latter writes to every block.
-  const int error = ::fallocate(file, 0, 0, bytes) == 0 ? 0 : errno;
-  ::close(file);
-  if (error == 0 || error == EOPNOTSUPP || error == ENOSYS) return;
-  ::unlink(path.c_str());
-  throw RunError(fmt::format("cannot write '{}': no room for {:.1f} MB ({})", path, static_cast<double>(bytes) * 1e-6,
-                             std::strerror(error)));
-}
-
-/// A clean refusal while nothing has been opened collectively: on a full disk HDF5 fails on some ranks and waits on others.
-void check_room(const std::string& temporary, const std::string& path, GlobalIndex bytes) {
-  std::string folder = std::filesystem::path(path).parent_path().string();
-  if (folder.empty()) folder = ".";
-  struct statvfs disk = {};
-  if (::statvfs(folder.c_str(), &disk) != 0)
-    throw RunError(fmt::format("cannot write '{}': {}", path, std::strerror(errno)));
-  const double free = static_cast<double>(disk.f_bavail) * static_cast<double>(disk.f_frsize);
-  if (free < free_space_factor * static_cast<double>(bytes))
-    throw RunError(fmt::format("cannot write '{}': it needs {:.1f} MB and the disk has {:.1f} MB free", path,
-                               static_cast<double>(bytes) * 1e-6, free * 1e-6));
-  reserve(temporary, bytes, O_CREAT | O_TRUNC);
-}
-
-void create_structure(Hdf5Writer& file, const FileContent& content) {
+/// Where the values of each array begin. `deflate_level`: 0 for arrays as they are.
+std::vector<GlobalIndex> create_structure(Hdf5Writer& file, const FileContent& content, int deflate_level) {
+  std::vector<GlobalIndex> places;
   file.set_attribute("/", "format", content.format);
   file.set_attribute("/", "format_version", content.format_version);
   std::vector<std::string> groups{"/"};
@@ -89,22 +68,58 @@ void create_structure(Hdf5Writer& file, const FileContent& content) {
   for (const Array& array : content.arrays) {
     const std::string parent = array.path.substr(0, array.path.rfind('/'));
     if (!parent.empty()) need_group(parent);
-    file.create_array(array.path, array.type, array.shape);
+    if (deflate_level > 0 && n_elements(array.shape) > 0)
+      file.create_compressed(array.path, array.type, array.shape, deflate_level);
+    else
+      places.push_back(file.create_array(array.path, array.type, array.shape));
     file.set_attribute(array.path, "unit", array.unit);
     file.set_attribute(array.path, "meaning", array.meaning);
     file.set_attribute(array.path, "crc32", GlobalIndex{0});  // takes its place now, its value after the data
   }
+  return places;
 }
 
-void write_block(Hdf5Writer& file, const Array& array, RunChecksums& checksums) {
+/// The file with everything but the values of its arrays, and room for those. By one process.
+std::vector<GlobalIndex> create_file(const std::string& temporary, const std::string& path, const FileContent& content) {
+  const GlobalIndex bytes = size_on_disk(content);
+  make_room(temporary, path, bytes);
+  Hdf5Writer file(temporary, Hdf5Writer::Mode::create);
+  std::vector<GlobalIndex> places = create_structure(file, content, 0);
+  file.close();
+  reserve(temporary, bytes);  // creating the file gave the room back
+  return places;
+}
+
+/// Values of an array, from `place` on in an open file: a rank's runs, one after the other.
+class RunWriter {
+ public:
+  RunWriter(const PlacedFile& file, GlobalIndex place, const Runs& runs) : file_(file), place_(place), runs_(runs) {}
+  void add(const std::byte* data, GlobalIndex bytes) {
+    while (bytes > 0) {
+      const GlobalIndex n = std::min(bytes, runs_.length - filled_);
+      file_.write(data, n, place_ + runs_.offsets[run_] + filled_);
+      filled_ += n;
+      if (filled_ == runs_.length) ++run_, filled_ = 0;
+      data += n;
+      bytes -= n;
+    }
+  }
+
+ private:
+  const PlacedFile& file_;
+  GlobalIndex place_;
+  const Runs& runs_;
+  std::size_t run_ = 0;
+  GlobalIndex filled_ = 0;  // bytes of the run
+};
+
+void write_block(const PlacedFile& file, GlobalIndex place, const Array& array, const Runs& runs, RunChecksums& checksums) {
   const GlobalIndex bytes = plane_bytes(array);
+  RunWriter writer(file, place, runs);
   for_each_portion(array.count[0], bytes, [&](GlobalIndex first, GlobalIndex n, std::byte* buffer) {
     array.fill(first, n, buffer);
     checksums.add(buffer, n * bytes);
-    Extents start = array.start, count = array.count;
-    start[0] += first;
-    count[0] = n;
-    file.write(array.path, start, count, buffer);
+    writer.add(buffer, n * bytes);
   });
 }
 
@@ -124,46 +139,66 @@ void read_back(const Hdf5Reader& file, const Array& array, const RunChecksums& w
         fmt::format("'{}' does not hold what was written to it: {} reads back differently", file.path(), array.path));
 }
 
+void set_checksums(Hdf5Writer& file, const FileContent& content, const std::vector<std::uint32_t>& crcs) {
+  for (std::size_t i = 0; i < content.arrays.size(); ++i)
+    file.set_attribute(content.arrays[i].path, "crc32", GlobalIndex{crcs[i]});
+}
+
+/// Puts a file of compressed arrays in the place of one that is whole. By one process: HDF5 compresses in parallel only in calls
+/// that hang where a rank cannot write.
+void compress(const std::string& file, const std::string& packed, const FileContent& content,
+              const std::vector<std::uint32_t>& crcs) {
+  const Hdf5Reader from(file);
+  Hdf5Writer to(packed, Hdf5Writer::Mode::create);
+  create_structure(to, content, content.deflate_level);
+  for (const Array& array : content.arrays) {
+    if (n_elements(array.shape) == 0) continue;
+    const ArrayInfo info = from.array(array.path);
+    const GlobalIndex row_bytes =
+        n_elements(array.shape) / array.shape[0] * static_cast<GlobalIndex>(element_size(array.type));
+    for_each_portion(array.shape[0], row_bytes, [&](GlobalIndex first, GlobalIndex n, std::byte* buffer) {
+      Extents start(array.shape.size(), 0), count = array.shape;
+      start[0] = first;
+      count[0] = n;
+      from.read(info, start, count, buffer);
+      to.write_block(array.path, start, count, buffer);
+    });
+  }
+  set_checksums(to, content, crcs);
+  to.close();
+  if (::rename(packed.c_str(), file.c_str()) != 0)
+    throw RunError(fmt::format("cannot write '{}': {}", file, std::strerror(errno)));
+}
+
 }  // namespace
 
 void write_array_file(const Comm& comm, const std::string& path, const FileContent& content) {
   const std::string temporary = path + ".tmp";
-  root_guard(comm, [&] { check_room(temporary, path, size_on_disk(content)); });
-
   std::vector<Runs> runs;
   std::vector<RunChecksums> checksums;
-  std::string fault;
-  {
-    Hdf5Writer file(comm, temporary);
-    create_structure(file, content);
-    // Creating the file gave the room back. It was there a moment ago; if it is not, HDF5 cannot even be closed in order.
-    if (comm.is_root()) {
-      try {
-        reserve(temporary, file.end_of_arrays() + metadata_room, 0);
-      } catch (const std::exception& error) {
-        abort_all_ranks(error.what(), __FILE__, __LINE__);
-      }
-    }
-    BULKLEY_MPI(MPI_Barrier(comm.get()));
-
-    for (const Array& array : content.arrays) {
-      runs.push_back(runs_of(array));
-      checksums.emplace_back(runs.back().length);
-      try {
-        collective_guard(comm, [&] { write_block(file, array, checksums.back()); });
-      } catch (const RunError& error) {
-        fault = error.what();
-        break;  // on every rank
-      }
-      const std::uint32_t crc = combine_runs(comm, runs.back(), checksums.back().values());
-      file.set_attribute(array.path, "crc32", GlobalIndex{crc});
-    }
-    file.close();
+  for (const Array& array : content.arrays) {
+    runs.push_back(runs_of(array));
+    checksums.emplace_back(runs.back().length);
   }
-  BULKLEY_MPI(MPI_Barrier(comm.get()));
-
   try {
-    if (!fault.empty()) throw RunError(fault);
+    std::vector<GlobalIndex> places(content.arrays.size());
+    root_guard(comm, [&] { places = create_file(temporary, path, content); });
+    broadcast_values(comm, places);
+    collective_guard(comm, [&] {
+      const PlacedFile file(temporary);
+      for (std::size_t i = 0; i < content.arrays.size(); ++i)
+        write_block(file, places[i], content.arrays[i], runs[i], checksums[i]);
+      file.sync();
+    });
+    std::vector<std::uint32_t> crcs;
+    for (std::size_t i = 0; i < content.arrays.size(); ++i)
+      crcs.push_back(combine_runs(comm, runs[i], checksums[i].values()));
+    root_guard(comm, [&] {
+      Hdf5Writer file(temporary, Hdf5Writer::Mode::change);
+      set_checksums(file, content, crcs);
+      file.close();
+      if (content.deflate_level > 0) compress(temporary, packed_name(path), content, crcs);
+    });
     collective_guard(comm, [&] {
       const Hdf5Reader file(temporary);
       for (std::size_t i = 0; i < content.arrays.size(); ++i)
@@ -174,7 +209,10 @@ void write_array_file(const Comm& comm, const std::string& path, const FileConte
       rename_durably(temporary, path);
     });
   } catch (const RunError&) {
-    if (comm.is_root()) ::unlink(temporary.c_str());
+    if (comm.is_root()) {
+      ::unlink(temporary.c_str());
+      ::unlink(packed_name(path).c_str());
+    }
     throw;
   }
 }

@@ -13,12 +13,12 @@
 #include "checksum.hpp"
 #include "header.hpp"
 #include "particle_array.hpp"
+#include "particle_check.hpp"
 
 namespace bulkley {
 
 namespace {
 
-const std::string format_name = "bulkley checkpoint";
 const std::string prefix = "checkpoint_";
 
 std::string file_name(GlobalIndex step, const char* suffix) { return fmt::format("{}{:09}{}", prefix, step, suffix); }
@@ -67,7 +67,7 @@ CheckpointHeader checked_header(const Hdf5Reader& file) {
   const auto refuse = [&](const std::string& fault) {
     throw RunError(fmt::format("cannot read '{}': {}", file.path(), fault));
   };
-  check_format(file, format_name, checkpoint_version);
+  check_format(file, checkpoint_format, checkpoint_version);
   CheckpointHeader header;
   header.step = file.integer("/", "step");
   header.time = file.real("/", "time");
@@ -96,27 +96,72 @@ CheckpointHeader checked_header(const Hdf5Reader& file) {
   return header;
 }
 
+std::string sidecar_of(const std::string& file) { return std::filesystem::path(file).replace_extension(".xdmf").string(); }
+
 /// Sidecar last, so that it never names a file that is not there.
-void write_sidecar(const std::string& folder, GlobalIndex step, GlobalIndex n_particles) {
-  const std::string sidecar = path_in(folder, file_name(step, ".xdmf"));
+void write_sidecar(const std::string& file, GlobalIndex n_particles) {
   if (n_particles == 0)
-    remove_file(sidecar);  // nothing to see, and ParaView refuses an empty set
+    remove_file(sidecar_of(file));  // nothing to see, and ParaView refuses an empty set
   else
-    write_text_atomically(sidecar, xdmf_series(std::vector{xdmf_particles(Hdf5Reader(checkpoint_path(folder, step)))}));
+    write_text_atomically(sidecar_of(file), xdmf_series(std::vector{xdmf_particles(Hdf5Reader(file))}));
+}
+
+/// For a checkpoint whose writer was killed before it could; a damaged one stays without.
+void complete_sidecar(const std::string& file) {
+  GlobalIndex n_particles = 0;
+  try {
+    n_particles = checked_header(Hdf5Reader(file)).n_particles;
+  } catch (const RunError&) {
+    return;
+  }
+  write_sidecar(file, n_particles);
 }
 
 void remove_checkpoint(const std::string& folder, const std::string& name) {
-  remove_file(path_in(folder, std::filesystem::path(name).replace_extension(".xdmf").string()));
+  remove_file(path_in(folder, sidecar_of(name)));
   remove_file(path_in(folder, name));
 }
 
 void remove_old(const std::string& folder, GlobalIndex step, int keep) {
-  for (const std::string& name : numbered_files(folder, prefix, ".h5.tmp")) remove_file(path_in(folder, name));
+  remove_leftovers(folder);
   std::vector<std::string> names = numbered_files(folder, prefix, ".h5");
   // Later steps are another run's; they are not to push out this run's.
   std::erase_if(names, [&](const std::string& name) { return number_in(name, prefix) > step; });
   for (std::size_t i = 0; i + static_cast<std::size_t>(keep) < names.size(); ++i) remove_checkpoint(folder, names[i]);
 }
+
+using FieldsOf = std::function<std::vector<FieldInfo>(const Hdf5Reader&)>;
+using RowSink = std::function<void(const FieldInfo&, GlobalIndex row, GlobalIndex n, const std::byte* rows)>;
+
+/// Reads rows [first, first + count) of fields into `sink`, where `row` counts from `first`, and verifies checksums and
+/// values. The ranks' shares make up the whole file. Collective.
+void read_fields(const Comm& comm, const std::string& file, const CheckpointHeader& header, GlobalIndex first,
+                 GlobalIndex count, const FieldsOf& fields_of, const RowSink& sink) {
+  std::vector<std::string> names;
+  std::vector<std::uint32_t> stored;
+  std::vector<Piece> pieces;
+  ParticleCheck check(fmt::format("cannot read '{}'", file), header.material_names.size());
+  collective_guard(comm, [&] {
+    const Hdf5Reader reader(file);
+    for (const FieldInfo& field : fields_of(reader)) {
+      names.push_back(array_path(field));
+      stored.push_back(stored_crc(reader, names.back()));
+      pieces.push_back(read_rows(reader, reader.array(names.back()), first, count,
+                                 [&](GlobalIndex row, GlobalIndex n, const std::byte* rows) {
+                                   check.look_at(field, first + row, n, rows);
+                                   if (field.field == Field::id) check.keep_ids(n, rows);
+                                   sink(field, row, n, rows);
+                                 }));
+    }
+  });
+  check_pieces(comm, file, names, stored, pieces);
+  verify_arrays(comm, file, {"/particles/connectivity"});
+  check.throw_if_any(comm);
+}
+
+/// First particle of this rank's equal share of `n`, and of the next rank's.
+GlobalIndex share_begin(const Comm& comm, GlobalIndex n) { return n * comm.rank() / comm.size(); }
+GlobalIndex share_end(const Comm& comm, GlobalIndex n) { return n * (comm.rank() + 1) / comm.size(); }
 
 }  // namespace
 
@@ -131,21 +176,25 @@ void write_checkpoint(const Comm& comm, const std::string& folder, const Checkpo
   header.material_names.assign(material_names.begin(), material_names.end());
   header = unpack_header(broadcast_text(comm, pack_header(header)));
 
-  FileContent content{format_name, checkpoint_version, header_attributes(header), {}};
+  const std::string file = checkpoint_path(folder, header.step);
+  ParticleCheck check(fmt::format("cannot write '{}'", file), material_names.size());
+  FileContent content{checkpoint_format, checkpoint_version, header_attributes(header), {}, 0};
   for (const FieldInfo& field : written_fields(particles)) {
     Array array = particle_array(field.name, stored_type(field.type), field.n_components, range);
     array.unit = field.unit;
     array.meaning = field.meaning;
-    array.fill = [&particles, field](GlobalIndex first, GlobalIndex n, std::byte* out) {
+    array.fill = [&particles, &check, &range, field](GlobalIndex first, GlobalIndex n, std::byte* out) {
       field_to_rows(particles, field, first, n, out);
+      check.look_at(field, range.first + first, n, out);
+      check.throw_if_seen();  // a file that no restart would take must not push out one that it would
     };
     content.arrays.push_back(std::move(array));
   }
   content.arrays.push_back(connectivity_array(range));
 
-  write_array_file(comm, checkpoint_path(folder, header.step), content);
+  write_array_file(comm, file, content);
   root_guard(comm, [&] {
-    write_sidecar(folder, header.step, range.total);
+    write_sidecar(file, range.total);
     remove_old(folder, header.step, std::max(keep, 1));
   });
 }
@@ -158,13 +207,10 @@ CheckpointHeader read_header(const Comm& comm, const std::string& file) {
 
 CheckpointHeader verify_checkpoint(const Comm& comm, const std::string& file) {
   CheckpointHeader header = read_header(comm, file);
-  std::string paths;
-  root_guard(comm, [&] {
-    const Hdf5Reader reader(file);
-    paths = "/particles/connectivity";
-    for (const FieldInfo& field : written_fields(reader)) paths += "\n" + array_path(field);
-  });
-  verify_arrays(comm, file, split_lines(broadcast_text(comm, std::move(paths))));
+  const GlobalIndex first = share_begin(comm, header.n_particles), last = share_end(comm, header.n_particles);
+  read_fields(
+      comm, file, header, first, last - first, [](const Hdf5Reader& reader) { return written_fields(reader); },
+      [](const FieldInfo&, GlobalIndex, GlobalIndex, const std::byte*) {});
   return header;
 }
 
@@ -175,37 +221,40 @@ void read_checkpoint(const Comm& comm, const std::string& file, GlobalIndex firs
   if (min_global(comm, GlobalIndex{mine_fits}) == 0 || sum_global(comm, count) != header.n_particles)
     throw RunError(fmt::format("the shares of the ranks do not make up the {} particles of '{}'", header.n_particles, file));
 
-  std::vector<std::string> names;
-  std::vector<std::uint32_t> stored;
-  std::vector<Piece> pieces;
   collective_guard(comm, [&] {
     const LocalIndex size = ParticleSet::checked_size(count);
-    const Hdf5Reader reader(file);
     particles.resize(0);
     particles.resize(size);
-    for (const FieldInfo& field : written_fields(particles)) {
+  });
+  const auto needed_fields = [&](const Hdf5Reader& reader) {
+    std::vector<FieldInfo> fields = written_fields(particles);
+    for (const FieldInfo& field : fields)
       if (!reader.has(array_path(field)))
         throw RunError(
             fmt::format("'{}' does not hold '{}', which the law of a material in the scene needs", file, field.name));
-      names.push_back(array_path(field));
-      stored.push_back(stored_crc(reader, names.back()));
-      pieces.push_back(read_rows(
-          reader, reader.array(names.back()), first, count,
-          [&](GlobalIndex row, GlobalIndex n, const std::byte* rows) { rows_to_field(rows, field, row, n, particles); }));
-    }
-  });
-  check_pieces(comm, file, names, stored, pieces);
+    return fields;
+  };
+  read_fields(comm, file, header, first, count, needed_fields,
+              [&](const FieldInfo& field, GlobalIndex row, GlobalIndex n, const std::byte* rows) {
+                rows_to_field(rows, field, row, n, particles);
+              });
 }
 
 std::optional<std::string> find_latest_checkpoint(const Comm& comm, const std::string& folder,
                                                   std::vector<std::string>& warnings) {
+  return read_latest_checkpoint(comm, folder, warnings, [&](const std::string& file) { verify_checkpoint(comm, file); });
+}
+
+std::optional<std::string> read_latest_checkpoint(const Comm& comm, const std::string& folder,
+                                                  std::vector<std::string>& warnings,
+                                                  const std::function<void(const std::string&)>& read) {
   std::string listing;
   root_guard(comm, [&] { listing = join_lines(numbered_files(folder, prefix, ".h5")); });
   std::vector<std::string> names = split_lines(broadcast_text(comm, std::move(listing)));
   for (auto name = names.rbegin(); name != names.rend(); ++name) {
     const std::string file = path_in(folder, *name);
     try {
-      verify_checkpoint(comm, file);
+      read(file);
       return file;
     } catch (const RunError& error) {  // alike on every rank
       warnings.push_back(fmt::format("checkpoint passed over: {}", error.what()));
@@ -218,9 +267,12 @@ int remove_checkpoints_after(const Comm& comm, const std::string& folder, Global
   int n_removed = 0;
   root_guard(comm, [&] {
     for (const std::string& name : numbered_files(folder, prefix, ".h5")) {
-      if (number_in(name, prefix) <= step) continue;
-      remove_checkpoint(folder, name);
-      ++n_removed;
+      if (number_in(name, prefix) > step) {
+        remove_checkpoint(folder, name);
+        ++n_removed;
+      } else if (!std::filesystem::exists(path_in(folder, sidecar_of(name)))) {
+        complete_sidecar(path_in(folder, name));
+      }
     }
   });
   BULKLEY_MPI(MPI_Bcast(&n_removed, 1, MPI_INT, 0, comm.get()));

@@ -86,7 +86,7 @@ void ColliderSurfaces::write(const Comm& comm, const std::string& folder) const 
   std::vector<std::int32_t> corners;
   corners.reserve(3 * triangles_.size());
   for (const Int3& t : triangles_) corners.insert(corners.end(), t.begin(), t.end());
-  FileContent content{collider_format, collider_version, {}, {}};
+  FileContent content{collider_format, collider_version, {}, {}, 0};
   content.attributes = {
       {"/colliders", "names", join_lines(names_)},
       {"/colliders", "about", std::string("surfaces where the scene file puts them; frames have the poses")}};

@@ -63,8 +63,8 @@ std::string describe_file(const Comm& comm, const std::string& file) {
   paths = split_lines(broadcast_text(comm, join_lines(paths)));
 
   const std::string summary =
-      kind == frame_format ? frame_lines(read_frame_info(comm, file)) : checkpoint_lines(read_header(comm, file));
-  verify_arrays(comm, file, paths);
+      kind == frame_format ? frame_lines(read_frame_info(comm, file)) : checkpoint_lines(verify_checkpoint(comm, file));
+  if (kind == frame_format) verify_arrays(comm, file, paths);
   root_guard(comm, [&] {
     text = fmt::format("{}\n{}{}all {} checksums are right\n", file, summary, array_lines(Hdf5Reader(file), paths),
                        paths.size());

@@ -68,12 +68,18 @@ std::string frame_path(const std::string& folder, GlobalIndex index) { return pa
 void write_frame(const Comm& comm, const std::string& folder, const FrameInfo& info, const ParticleSet& particles,
                  std::span<const NamedMaterial> materials, const OutputSettings& settings, const GridNodes* nodes,
                  const TileValues* tiles, const ColliderSurfaces* colliders) {
+  write_frame_file(comm, frame_path(folder, info.index), info, particles, materials, settings, nodes, tiles, colliders);
+}
+
+void write_frame_file(const Comm& comm, const std::string& file, const FrameInfo& info, const ParticleSet& particles,
+                      std::span<const NamedMaterial> materials, const OutputSettings& settings, const GridNodes* nodes,
+                      const TileValues* tiles, const ColliderSurfaces* colliders) {
   const ParticleRange range = particle_range(comm, particles);
   double largest_volume = 0.0;
   for (LocalIndex p = 0; p < particles.size(); ++p)
     largest_volume = std::max(largest_volume, particles.real(Field::reference_volume)[p]);
 
-  FileContent content{frame_format, frame_version, {}, {}};
+  FileContent content{frame_format, frame_version, {}, {}, settings.compression};
   content.attributes = {{"/", "index", info.index},
                         {"/", "step", info.step},
                         {"/", "time", info.time},
@@ -88,7 +94,6 @@ void write_frame(const Comm& comm, const std::string& folder, const FrameInfo& i
   if (tiles) add_tiles(comm, content, *tiles);
   if (colliders) colliders->add_to_frame(comm, info.time, content);
 
-  const std::string file = frame_path(folder, info.index);
   write_array_file(comm, file, content);
   root_guard(comm, [&] { write_sidecar(file, range.total); });
 }

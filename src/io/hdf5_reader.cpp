@@ -19,6 +19,21 @@ herr_t collect_attribute(hid_t, const char* name, const H5A_info_t*, void* names
   return 0;
 }
 
+double size_of_file(const std::string& path) {
+  std::error_code error;
+  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  return error ? 0.0 : static_cast<double>(size);
+}
+
+/// Whether an array of this shape can be read plane by plane. It may be larger than the file, where nothing was written to it.
+bool is_possible(const std::vector<hsize_t>& extents, double element_bytes, double file_bytes) {
+  constexpr double small_plane = 1 << 24, most_bytes = 0x1p62;
+  double plane = element_bytes;
+  for (std::size_t axis = 1; axis < extents.size(); ++axis) plane *= static_cast<double>(extents[axis]);
+  const double whole = extents.empty() ? plane : plane * static_cast<double>(extents[0]);
+  return whole < most_bytes && plane < most_bytes && (plane <= small_plane || plane <= file_bytes);
+}
+
 }  // namespace
 
 Hdf5Reader::Hdf5Reader(const std::string& path) : path_(path) {
@@ -66,6 +81,10 @@ AttributeValue Hdf5Reader::attribute(const std::string& object, const std::strin
   const bool scalar = BULKLEY_HDF5_LOCAL(what, H5Sget_simple_extent_type(space.get())) == H5S_SCALAR;
   const H5T_class_t kind = BULKLEY_HDF5_LOCAL(what, H5Tget_class(type.get()));
 
+  // Before memory is taken: a spoilt size may be anything.
+  const double bytes = static_cast<double>(n) * static_cast<double>(BULKLEY_HDF5_LOCAL(what, H5Tget_size(type.get())));
+  if (!(bytes >= 0.0 && bytes <= size_of_file(path_)))
+    fail(fmt::format("attribute '{}' of {} is damaged (its size)", name, object));
   AttributeValue value;
   if (scalar && kind == H5T_INTEGER) {
     BULKLEY_HDF5_LOCAL(what, H5Aread(attribute.get(), H5T_NATIVE_INT64, &value.emplace<GlobalIndex>()));
@@ -75,6 +94,9 @@ AttributeValue Hdf5Reader::attribute(const std::string& object, const std::strin
     auto& text = value.emplace<std::string>(BULKLEY_HDF5_LOCAL(what, H5Tget_size(type.get())), '\0');
     BULKLEY_HDF5_LOCAL(what, H5Aread(attribute.get(), type.get(), text.data()));
     text.resize(std::min(text.find('\0'), text.size()));
+  } else if (!scalar && kind == H5T_INTEGER) {
+    auto& integers = value.emplace<std::vector<GlobalIndex>>(static_cast<std::size_t>(n));
+    BULKLEY_HDF5_LOCAL(what, H5Aread(attribute.get(), H5T_NATIVE_INT64, integers.data()));
   } else if (!scalar && kind == H5T_FLOAT) {
     auto& reals = value.emplace<std::vector<double>>(static_cast<std::size_t>(n));
     BULKLEY_HDF5_LOCAL(what, H5Aread(attribute.get(), H5T_NATIVE_DOUBLE, reals.data()));
@@ -131,8 +153,11 @@ ArrayInfo Hdf5Reader::array(const std::string& path) const {
   BULKLEY_HDF5_LOCAL(what, H5Sget_simple_extent_dims(space.get(), extents.data(), nullptr));
   for (const ArrayType known :
        {ArrayType::float32, ArrayType::float64, ArrayType::int32, ArrayType::int64, ArrayType::uint8})
-    if (BULKLEY_HDF5_LOCAL(what, H5Tequal(type.get(), hdf5_type(known))) > 0)
+    if (BULKLEY_HDF5_LOCAL(what, H5Tequal(type.get(), hdf5_type(known))) > 0) {
+      if (!is_possible(extents, static_cast<double>(element_size(known)), size_of_file(path_)))
+        fail(fmt::format("{} is damaged (its shape is {})", path, fmt::join(extents, " x ")));
       return {path, known, Extents(extents.begin(), extents.end())};
+    }
   fail(fmt::format("{} has an element type that does not belong here", path));
 }
 

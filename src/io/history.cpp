@@ -1,8 +1,6 @@
 #include "bulkley/io/history.hpp"
 
-#include <cerrno>
 #include <charconv>
-#include <cstring>
 #include <filesystem>
 
 #include <fmt/format.h>
@@ -66,8 +64,7 @@ History::History(const Comm& comm, const std::string& folder, std::vector<std::s
       table = cut_rows(path_, found, restart_step);
     }
     write_text_atomically(path_, table);
-    file_.reset(std::fopen(path_.c_str(), "a"));
-    if (!file_) throw RunError(fmt::format("cannot open '{}': {}", path_, std::strerror(errno)));
+    file_.open(path_);
   });
 }
 
@@ -75,10 +72,12 @@ void History::write(const Comm& comm, const std::vector<HistoryValue>& row) {
   root_guard(comm, [&] {
     if (row.size() != n_columns_)
       throw RunError(fmt::format("a row of {} values for the {} columns of '{}'", row.size(), n_columns_, path_));
-    const std::string line = line_of(row);
-    if (std::fwrite(line.data(), 1, line.size(), file_.get()) != line.size() || std::fflush(file_.get()) != 0)
-      throw RunError(fmt::format("cannot write '{}': {}", path_, std::strerror(errno)));
+    file_.append(line_of(row));
   });
+}
+
+void History::sync(const Comm& comm) {
+  root_guard(comm, [&] { file_.sync(); });
 }
 
 }  // namespace bulkley

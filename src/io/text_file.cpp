@@ -39,6 +39,20 @@ bool is_numbered(const std::string& name, const std::string& prefix, const std::
                      [](unsigned char c) { return c >= '0' && c <= '9'; });
 }
 
+/// Error number of writing all of `text`, 0 if it is written.
+int write_all(int file, const std::string& text) {
+  for (std::size_t done = 0; done < text.size();) {
+    const ssize_t n = ::write(file, text.data() + done, text.size() - done);
+    if (n > 0)
+      done += static_cast<std::size_t>(n);
+    else if (n == 0)
+      return EIO;  // nothing and no reason: trying again would never end
+    else if (errno != EINTR)
+      return errno;
+  }
+  return 0;
+}
+
 }  // namespace
 
 std::string path_in(const std::string& folder, const std::string& name) { return (fs::path(folder) / name).string(); }
@@ -47,14 +61,7 @@ void write_text_atomically(const std::string& path, const std::string& text) {
   const std::string temporary = path + ".tmp";
   const int file = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (file < 0) fail("create", temporary, errno);
-  int error = 0;
-  for (std::size_t done = 0; done < text.size() && error == 0;) {
-    const ssize_t n = ::write(file, text.data() + done, text.size() - done);
-    if (n >= 0)
-      done += static_cast<std::size_t>(n);
-    else if (errno != EINTR)
-      error = errno;
-  }
+  int error = write_all(file, text);
   if (error == 0 && ::fsync(file) != 0) error = errno;
   if (::close(file) != 0 && error == 0) error = errno;
   if (error != 0) {
@@ -82,18 +89,50 @@ void sync_file(const std::string& path) {
 
 void sync_folder(const std::string& folder) {
   const int file = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (file < 0) return;
-  ::fsync(file);
+  if (file < 0) fail("open", folder, errno);
+  const int error = ::fsync(file) == 0 ? 0 : errno;
   ::close(file);
+  if (error != 0 && error != EINVAL && error != ENOTSUP) fail("flush", folder, error);
 }
 
 void rename_durably(const std::string& from, const std::string& to) {
-  if (::rename(from.c_str(), to.c_str()) != 0) fail("rename to", to, errno);
+  if (::rename(from.c_str(), to.c_str()) != 0) {
+    const int error = errno;
+    ::unlink(from.c_str());
+    fail("rename to", to, error);
+  }
   sync_folder(folder_of(to));
 }
 
 void remove_file(const std::string& path) {
   if (::unlink(path.c_str()) != 0 && errno != ENOENT) fail("remove", path, errno);
+}
+
+void remove_leftovers(const std::string& folder) {
+  for (const char* name : {"history.csv", "status.json", "scene.toml", "frames.xdmf", "grid.xdmf", "tiles.xdmf",
+                           "colliders.xdmf", "colliders.h5"})
+    remove_file(path_in(folder, std::string(name) + ".tmp"));
+  for (const char* prefix : {"checkpoint_", "frame_"})
+    for (const char* suffix : {".h5.tmp", ".h5.packed.tmp", ".xdmf.tmp"})
+      for (const std::string& name : numbered_files(folder, prefix, suffix)) remove_file(path_in(folder, name));
+}
+
+GrowingFile::~GrowingFile() {
+  if (file_ >= 0) ::close(file_);
+}
+
+void GrowingFile::open(const std::string& path) {
+  path_ = path;
+  file_ = ::open(path.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
+  if (file_ < 0) fail("open", path_, errno);
+}
+
+void GrowingFile::append(const std::string& text) {
+  if (const int error = write_all(file_, text); error != 0) fail("write", path_, error);
+}
+
+void GrowingFile::sync() {
+  if (::fsync(file_) != 0) fail("flush", path_, errno);
 }
 
 std::vector<std::string> numbered_files(const std::string& folder, const std::string& prefix, const std::string& suffix) {

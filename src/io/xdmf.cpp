@@ -59,10 +59,12 @@ std::string attributes(const std::string& file, const std::vector<XdmfField>& fi
   return text;
 }
 
-std::string moment(const XdmfParticles& particles) {
-  return fmt::format(R"(      <Grid Name="particles" GridType="Uniform">
+/// A grid of points in space, joined to cells as `topology` (an element's attributes) says.
+std::string unstructured(const char* name, double time, const std::string& topology, const std::string& connectivity,
+                         const std::string& positions, const std::string& attributes) {
+  return fmt::format(R"(      <Grid Name="{}" GridType="Uniform">
         <Time Value="{}"/>
-        <Topology TopologyType="Polyvertex" NumberOfElements="{}" NodesPerElement="1">
+        <Topology {}>
           {}
         </Topology>
         <Geometry GeometryType="XYZ">
@@ -70,9 +72,15 @@ std::string moment(const XdmfParticles& particles) {
         </Geometry>
 {}      </Grid>
 )",
-                     particles.time, particles.position.shape[0], data_item(particles.file, particles.connectivity),
-                     data_item(particles.file, particles.position),
-                     attributes(particles.file, particles.fields, 1, XdmfCenter::node));
+                     name, time, topology, connectivity, positions, attributes);
+}
+
+std::string moment(const XdmfParticles& particles) {
+  return unstructured(
+      "particles", particles.time,
+      fmt::format(R"(TopologyType="Polyvertex" NumberOfElements="{}" NodesPerElement="1")", particles.position.shape[0]),
+      data_item(particles.file, particles.connectivity), data_item(particles.file, particles.position),
+      attributes(particles.file, particles.fields, 1, XdmfCenter::node));
 }
 
 std::string moment(const XdmfGrid& grid) {
@@ -90,30 +98,19 @@ std::string moment(const XdmfGrid& grid) {
 }
 
 std::string moment(const XdmfSurface& surface) {
-  return fmt::format(R"(      <Grid Name="colliders" GridType="Uniform">
-        <Time Value="{}"/>
-        <Topology TopologyType="Triangle" NumberOfElements="{}">
-          {}
-        </Topology>
-        <Geometry GeometryType="XYZ">
-          {}
-        </Geometry>
-{}      </Grid>
-)",
-                     surface.time, surface.triangles.shape[0], data_item(surface.mesh_file, surface.triangles),
-                     data_item(surface.vertex_file, surface.vertices),
-                     attributes(surface.mesh_file, surface.fields, 1, XdmfCenter::cell));
-}
-
-std::string document(const std::string& body) {
-  return "<?xml version=\"1.0\" ?>\n<Xdmf Version=\"3.0\">\n  <Domain>\n" + body + "  </Domain>\n</Xdmf>\n";
+  return unstructured("colliders", surface.time,
+                      fmt::format(R"(TopologyType="Triangle" NumberOfElements="{}")", surface.triangles.shape[0]),
+                      data_item(surface.mesh_file, surface.triangles), data_item(surface.vertex_file, surface.vertices),
+                      attributes(surface.mesh_file, surface.fields, 1, XdmfCenter::cell));
 }
 
 template <class Moment>
 std::string series_document(const std::string& name, std::span<const Moment> series) {
-  std::string body = fmt::format("    <Grid Name=\"{}\" GridType=\"Collection\" CollectionType=\"Temporal\">\n", name);
-  for (const Moment& one : series) body += moment(one);
-  return document(body + "    </Grid>\n");
+  std::string text = "<?xml version=\"1.0\" ?>\n<Xdmf Version=\"3.0\">\n  <Domain>\n";
+  text += fmt::format("    <Grid Name=\"{}\" GridType=\"Collection\" CollectionType=\"Temporal\">\n", name);
+  for (const Moment& one : series) text += moment(one);
+  text += "    </Grid>\n  </Domain>\n</Xdmf>\n";
+  return text;
 }
 
 }  // namespace
@@ -148,7 +145,7 @@ XdmfGrid regular_mesh(const Hdf5Reader& file, const std::string& name, const cha
   grid.origin = file.reals(group, "origin");
   grid.cell_size = file.real(group, spacing);
   for (const std::string& member : file.members(group)) {
-    grid.fields.push_back({member, file.array(group + "/" + member)});
+    grid.fields.push_back({member, file.array(fmt::format("{}/{}", group, member))});
     grid.n_nodes = grid.fields.back().array.shape;
   }
   grid.n_nodes.resize(3);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <optional>
 
@@ -63,18 +62,6 @@ double reach(const GridGeometry& grid, Contact contact) {
 }
 
 }  // namespace
-
-const char* name(Contact contact) {
-  switch (contact) {
-    case Contact::sticky:
-      return "sticky";
-    case Contact::slip:
-      return "slip";
-    case Contact::separating:
-      return "separating";
-  }
-  return "unknown";
-}
 
 void settle_center(Collider& collider) {
   const Bounds b = bounds(collider.shape);

@@ -43,6 +43,12 @@ config::Names<Contact> names(config::Of<Contact>) {
   return {{"sticky", Contact::sticky}, {"slip", Contact::slip}, {"separating", Contact::separating}};
 }
 
+std::string name(Contact contact) {
+  for (const auto& [word, value] : names(config::Of<Contact>{}))
+    if (value == contact) return word;
+  return "unknown";
+}
+
 config::Names<FaceKind> names(config::Of<FaceKind>) {
   return {{"sticky", FaceKind::sticky},     {"slip", FaceKind::slip},       {"separating", FaceKind::separating},
           {"periodic", FaceKind::periodic}, {"outflow", FaceKind::outflow}, {"open", FaceKind::open}};

@@ -42,7 +42,7 @@ const config::Keys<DomainInput>& keys(config::Of<DomainInput>) {
                                 .key("cell_size", &DomainInput::cell_size,
                                      {.about = "Grid spacing, the same along all axes.",
                                       .unit = "m",
-                                      .range = config::above(0.0),
+                                      .range = config::between(1e-12, 1e12),  // its powers must be numbers
                                       .required = true});
   return table;
 }
@@ -64,6 +64,7 @@ bool Codec<GridGeometry>::read(const Value& value, const Rule&, GridGeometry& ou
   const std::size_t faults_before = faults.size();
   constexpr double tolerance = 1e-9;      // of the number of cells: what decimal input leaves over
   constexpr double most_cells = 1 << 20;  // per axis, far below what the tile index holds
+  constexpr double farthest = 1e9;        // cells from the origin: positions must resolve a cell finely
   out.lower = input.lower;
   out.cell_size = input.cell_size;
   double n_tiles = 1.0;
@@ -73,6 +74,10 @@ bool Codec<GridGeometry>::read(const Value& value, const Rule&, GridGeometry& ou
     if (!(size > 0.0))
       faults.add(value.find("upper")->place, fmt::format("'{}.upper' = {} along {}; it must be greater than 'lower' = {}",
                                                          value.path, input.upper[axis], "xyz"[axis], input.lower[axis]));
+    else if (!(std::max(std::abs(input.lower[axis]), std::abs(input.upper[axis])) <= farthest * input.cell_size))
+      faults.add(value.find("lower")->place,
+                 fmt::format("'{}' reaches from {} to {} along {}; it must lie within {:g} cells of {} m of the origin",
+                             value.path, input.lower[axis], input.upper[axis], "xyz"[axis], farthest, input.cell_size));
     else if (!(whole <= most_cells))
       faults.add(value.find("cell_size")->place,
                  fmt::format("'{}.cell_size' = {} gives {:.6g} cells along {}; it must give at most {}", value.path,

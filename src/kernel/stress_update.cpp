@@ -169,6 +169,8 @@ template <class Law>
 
 }  // namespace
 
+static_assert(info(Field::added_law_variables).n_components == n_added_law_variables);
+
 Field field_of(Internal variable) {
   switch (variable) {
     case Internal::structure:
@@ -177,6 +179,8 @@ Field field_of(Internal variable) {
       return Field::hardening;
     case Internal::plastic_volume_ratio:
       return Field::plastic_volume_ratio;
+    case Internal::added_law_variables:
+      return Field::added_law_variables;
     case Internal::viscous_left_cauchy_green:
       break;
   }

@@ -10,21 +10,6 @@
 
 namespace bulkley {
 
-/// Faults for the numbers of a written table that nobody gave. Not collective.
-void report_numbers_not_given(const config::Value& table, const config::Value& written, config::Faults& faults);
-
-/// A law whose keys are its parameters.
-template <class Law>
-struct PlainKeys {
-  using Input = typename Law::Parameters;
-  static Input start(const Law& law) { return law.parameters; }
-  static void fill(const config::Value& table, const Input& input, Law& law, config::Faults& faults) {
-    law = Law{input};
-    report_numbers_not_given(table, LawKeys<Law>::table().write(input), faults);
-  }
-  static config::Value write(const Law& law) { return LawKeys<Law>::table().write(law.parameters); }
-};
-
 /// The stiffness of a solid as bulk and shear modulus, or as Young's modulus and Poisson's ratio, never mixed.
 struct Stiffness {
   std::optional<double> bulk_modulus, shear_modulus, youngs_modulus, poisson_ratio;

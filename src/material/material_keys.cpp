@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "bulkley/base/error.hpp"
+#include "bulkley/config/nearest.hpp"
 #include "bulkley/material/preset.hpp"
 #include "law_keys.hpp"
 
@@ -11,10 +13,18 @@ namespace {
 using config::Faults;
 using config::Value;
 
-/// Calls visit(law) with a default law of each alternative of Material.
+std::vector<std::shared_ptr<const AddedLawModel>>& registry() {
+  static std::vector<std::shared_ptr<const AddedLawModel>> models;
+  return models;
+}
+
+/// Calls visit(law) with a default law of each alternative of Material but AddedLaw, which has none.
 template <class Visit, std::size_t... I>
 void visit_laws(const Visit& visit, std::index_sequence<I...>) {
-  (visit(std::variant_alternative_t<I, Material>{}), ...);
+  const auto visit_own = [&]<class Law>(const Law& law) {
+    if constexpr (!std::is_same_v<Law, AddedLaw>) visit(law);
+  };
+  (visit_own(std::variant_alternative_t<I, Material>{}), ...);
 }
 template <class Visit>
 void visit_laws(const Visit& visit) {
@@ -24,6 +34,7 @@ void visit_laws(const Visit& visit) {
 std::vector<std::string> law_names() {
   std::vector<std::string> names;
   visit_laws([&](const auto& law) { names.emplace_back(law.law_name); });
+  for (const auto& model : registry()) names.emplace_back(model->name());
   return names;
 }
 
@@ -36,6 +47,10 @@ bool starting_point(const Value& table, NamedMaterial& named, Faults& faults) {
     return false;
   }
   if (!law && !preset) {
+    for (const Value& entry : table.items)
+      if (const auto near = config::nearest(entry.key, {"law", "preset"}))
+        faults.add(entry.key_place,
+                   fmt::format("unknown key '{}' {}; did you mean '{}'?", entry.key, config::in_table(table.path), *near));
     faults.add(table.place, fmt::format("{} needs 'law' or 'preset'", config::table_name(table.path)));
     return false;
   }
@@ -54,39 +69,56 @@ bool starting_point(const Value& table, NamedMaterial& named, Faults& faults) {
   visit_laws([&](const auto& candidate) {
     if (candidate.law_name == names[index]) named.material = candidate;
   });
+  for (const auto& model : registry())
+    if (model->name() == names[index]) named.material = AddedLaw{{model}};
   return true;
 }
 
 bool read_material(const Value& table, NamedMaterial& named, Faults& faults) {
   if (!config::expect_table(table, faults) || !starting_point(table, named, faults)) return false;
-  const std::size_t faults_before = faults.size();
-  std::visit(
+  return std::visit(
       [&]<class Law>(Law& law) {
-        typename LawKeys<Law>::Input input = LawKeys<Law>::start(law);
-        if (!LawKeys<Law>::table().read(table, input, faults, {"law", "preset"})) return;
-        LawKeys<Law>::fill(table, input, law, faults);
-        if (faults.size() != faults_before) return;
-        if (const auto fault = parameter_fault(law.parameters))
-          faults.add(table.place, fmt::format("{}: {}", config::table_name(table.path), *fault));
+        if constexpr (std::is_same_v<Law, AddedLaw>) {
+          auto model = law.parameters.model->read(table, faults);
+          if (!model) return false;
+          law.parameters.model = std::move(model);
+          return true;
+        } else {
+          return read_law(table, law, faults);
+        }
       },
       named.material);
-  return faults.size() == faults_before;
 }
 
-Value write_material(const Material& material) {
+Value write_parameters(const Material& material) {
   return std::visit(
       []<class Law>(const Law& law) {
-        Value table = config::make_table();
-        config::add_entry(table, "law", config::make_text(Law::law_name));
-        Value parameters = LawKeys<Law>::write(law);
-        table.comment = parameters.comment;
-        for (Value& entry : parameters.items) table.items.push_back(std::move(entry));
-        return table;
+        if constexpr (std::is_same_v<Law, AddedLaw>)
+          return law.parameters.model->write();
+        else
+          return LawKeys<Law>::write(law);
       },
       material);
 }
 
+Value write_material(const Material& material) {
+  Value table = config::make_table();
+  config::add_entry(table, "law", config::make_text(law_name(material)));
+  Value parameters = write_parameters(material);
+  table.comment = parameters.comment;
+  for (Value& entry : parameters.items) table.items.push_back(std::move(entry));
+  return table;
+}
+
 }  // namespace
+
+const std::vector<std::shared_ptr<const AddedLawModel>>& added_laws() { return registry(); }
+
+void add_law_model(std::shared_ptr<const AddedLawModel> model) {
+  for (const std::string& name : law_names())
+    if (name == model->name()) throw UsageError(fmt::format("add_law: a law named '{}' exists already", name));
+  registry().push_back(std::move(model));
+}
 
 namespace config {
 
@@ -130,6 +162,7 @@ void Codec<std::vector<NamedMaterial>>::describe(const std::string& path, std::v
   visit_laws([&]<class Law>(const Law&) {
     LawKeys<Law>::table().describe(title + ", law = \"" + Law::law_name + "\"", path, out);
   });
+  for (const auto& model : registry()) model->describe(title + ", law = \"" + model->name() + "\"", path, out);
 }
 
 }  // namespace config

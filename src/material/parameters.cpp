@@ -111,6 +111,16 @@ std::span<const Internal> internal_variables(const Material& material) {
   return std::visit([]<class Law>(const Law&) { return std::span<const Internal>(Law::internal); }, material);
 }
 
+const char* law_name(const Material& material) {
+  if (const auto* added = std::get_if<AddedLaw>(&material)) return added->parameters.model->name();
+  return std::visit([](const auto& law) { return law.law_name; }, material);
+}
+
+bool flows(const Material& material) {
+  if (const auto* added = std::get_if<AddedLaw>(&material)) return added->parameters.model->flows();
+  return std::visit([](const auto& law) { return law.flows; }, material);
+}
+
 void require_valid(const NamedMaterial& named) {
   const Fault fault = std::visit([](const auto& law) { return parameter_fault(law.parameters); }, named.material);
   if (fault) throw UsageError(fmt::format("material '{}': {}", named.name, *fault));

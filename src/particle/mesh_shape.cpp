@@ -105,6 +105,9 @@ WeldCount weld_checked(TriangleMesh& triangles) {
     if (!v.allFinite()) ++n_unplaced;
   if (n_unplaced > 0)
     throw UsageError(fmt::format("has {} of {} vertices with coordinates that are NaN or infinite", n_unplaced, n_vertices));
+  constexpr double farthest = 1e30;  // the sixth power of a length must be a number
+  for (const Vec3& v : triangles.vertices)
+    if (v.cwiseAbs().maxCoeff() > farthest) throw UsageError(fmt::format("has a coordinate beyond {:g}", farthest));
   const std::size_t n_before = triangles.triangles.size();
   const WeldCount count = weld(triangles);
   if (triangles.triangles.empty() || !(facts(triangles).area > 0.0))
@@ -114,6 +117,10 @@ WeldCount weld_checked(TriangleMesh& triangles) {
 
 Mesh filled(const Mesh& mesh, TriangleMesh triangles) {
   place(mesh, triangles);
+  constexpr double farthest = 1e30;  // m
+  for (const Vec3& v : triangles.vertices)
+    if (!(v.cwiseAbs().maxCoeff() <= farthest))
+      throw UsageError(fmt::format("reaches farther than {:g} m from the origin", farthest));
   Mesh result = mesh;
   result.solid = std::make_shared<const MeshSolid>(std::move(triangles));
   if (!encloses_something(*result.solid))

@@ -114,8 +114,9 @@ Pose RigidMotion::pose(double time) const {
   if (!key_frames.empty()) {
     const Place place = place_at(key_frames, time);
     for (int a = 0; a < 3; ++a) {
-      shift[a] = place.value[static_cast<std::size_t>(a)];
-      turn[a] = place.value[static_cast<std::size_t>(3 + a)];
+      const auto axis = static_cast<std::size_t>(a);
+      shift[a] = place.value[axis];
+      turn[a] = place.value[3 + axis];
     }
   }
   const Mat3 rotation = rotation_of(turn);
@@ -156,7 +157,7 @@ Vec3 outward_normal(const Shape& shape, const Pose& pose, const Vec3& point) {
 }
 
 Bounds bounds(const Shape& shape, const Pose& pose) {
-  const Bounds b = bounds(shape);
+  Bounds b = bounds(shape);
   if (!b.lower.allFinite() || !b.upper.allFinite()) return b;
   const Vec3 center = pose.to_world(b.center());
   const Vec3 reach = pose.rotation.cwiseAbs() * (0.5 * (b.upper - b.lower));

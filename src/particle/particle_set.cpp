@@ -145,6 +145,17 @@ void ParticleSet::remove(std::span<const LocalIndex> gone) {
   resize(size_ - static_cast<LocalIndex>(gone.size()));
 }
 
+ParticleSet ParticleSet::selected(std::span<const LocalIndex> chosen) const {
+  ParticleSet copy(optional_);
+  copy.resize(static_cast<LocalIndex>(chosen.size()));
+  for (std::size_t c = 0; c < columns_.size(); ++c) {
+    const std::size_t element = columns_[c].element_size;
+    for (std::size_t k = 0; k < chosen.size(); ++k)
+      std::memcpy(copy.data_[c] + k * element, data_[c] + static_cast<std::size_t>(chosen[k]) * element, element);
+  }
+  return copy;
+}
+
 std::size_t ParticleSet::memory() const {
   std::size_t total = scratch_bytes_;
   for (std::size_t c = 0; c < columns_.size(); ++c) total += column_bytes(c);

@@ -99,6 +99,52 @@ struct BodyNear {
   bool everywhere;  ///< it fills the box
 };
 
+/// Tiles with first <= coordinate <= last along each axis.
+struct TileBox {
+  Int3 first, last;
+};
+
+/// The tiles that may hold particles of the bodies.
+TileBox tiles_near(const GridGeometry& grid, const std::vector<Body>& bodies) {
+  Bounds all{Vec3::Constant(INFINITY), Vec3::Constant(-INFINITY)};
+  for (const Body& body : bodies) {
+    const Bounds b = bounds(body.shape);
+    all.lower = all.lower.cwiseMin(b.lower);
+    all.upper = all.upper.cwiseMax(b.upper);
+  }
+  TileBox result;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto a = static_cast<std::size_t>(axis);
+    result.first[a] = 0;
+    result.last[a] = grid.n_tiles(axis) - 1;
+    if (grid.periodic[a]) continue;  // the first tile may hold points of the upper end
+    // One cell more on both sides, for rounding; and within the grid before it becomes an integer.
+    const auto tile_at = [&](double coordinate, double margin) {
+      const double node = (coordinate - grid.lower[axis]) / grid.cell_size + margin - grid.base_shift() + 1.0;
+      return static_cast<int>(std::min(std::max(0.0, node), grid.n_nodes(axis) - 1.0)) / tile_width;
+    };
+    result.first[a] = tile_at(all.lower[axis], -1.0);
+    result.last[a] = tile_at(all.upper[axis], 1.0);
+  }
+  return result;
+}
+
+/// Calls visit(tile) for those of the tiles with first <= index < last that may hold particles, in their order.
+template <class Visit>
+void for_each_tile_near(const GridGeometry& grid, const std::vector<Body>& bodies, TileIndex first, TileIndex last,
+                        const Visit& visit) {
+  const TileBox box = tiles_near(grid, bodies);
+  const Int3 from = grid.tile_coordinates(std::min(first, grid.n_tiles() - 1));
+  for (int i = std::max(box.first[0], from[0]); i <= box.last[0]; ++i)
+    for (int j = box.first[1]; j <= box.last[1]; ++j) {
+      if (grid.tile_index({i, j, 0}) >= last) return;
+      for (int k = box.first[2]; k <= box.last[2]; ++k) {
+        const TileIndex tile = grid.tile_index({i, j, k});
+        if (tile >= first && tile < last) visit(tile);
+      }
+    }
+}
+
 /// The bodies that may hold points of the box, in their order; none after one that fills it.
 std::vector<BodyNear> bodies_near(const GridGeometry& grid, const std::vector<Body>& bodies, const CellBox& box) {
   const Vec3 first(box.first[0], box.first[1], box.first[2]);
@@ -219,12 +265,14 @@ std::optional<UndefinedMotion> find_undefined_motion(const GridGeometry& grid, c
     any_field = any_field || body.velocity_field.given();
   }
   if (!any_field) return found;
-  for (TileIndex tile = 0; tile < grid.n_tiles() && !found; ++tile)
+  for_each_tile_near(grid, bodies, 0, grid.n_tiles(), [&](TileIndex tile) {
+    if (found) return;
     visit_tile(grid, bodies, tile, [&](std::size_t b, const Vec3& position, GlobalIndex) {
       if (found || !bodies[b].velocity_field.given()) return;
       if (!motions[b].velocity(position).allFinite() || !motions[b].gradient(position).allFinite())
         found = UndefinedMotion{b, position};
     });
+  });
   return found;
 }
 
@@ -232,7 +280,7 @@ TileCensus count_particles(const GridGeometry& grid, const std::vector<Body>& bo
   check_bodies(grid, bodies);
   TileCensus census;
   for (const Body& body : bodies) census.n_materials = std::max(census.n_materials, body.material_index + 1);
-  for (TileIndex tile = first; tile < last; ++tile)
+  for_each_tile_near(grid, bodies, first, last, [&](TileIndex tile) {
     visit_tile(grid, bodies, tile, [&](std::size_t body, const Vec3& position, GlobalIndex) {
       if (census.tile.empty() || census.tile.back() != tile) {
         census.tile.push_back(tile);
@@ -242,6 +290,7 @@ TileCensus count_particles(const GridGeometry& grid, const std::vector<Body>& bo
       ++census.count[census.count.size() - static_cast<std::size_t>(census.n_materials - bodies[body].material_index)];
       census.cells.back() |= std::uint64_t{1} << grid.place_in_tile(position);
     });
+  });
   return census;
 }
 

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 namespace bulkley {
 namespace {
@@ -17,7 +18,8 @@ constexpr double not_given = std::numeric_limits<double>::quiet_NaN();
 const Vec3 nowhere = Vec3::Constant(not_given);
 
 void require_distinct_ends(const Value& table, const Vec3& start, const Vec3& end, Faults& faults) {
-  if (start == end) faults.add(table.place, "'" + table.path + "' has 'start' equal to 'end'; they must differ");
+  if (!((end - start).norm() > 0.0))
+    faults.add(table.place, "'" + table.path + "' has 'start' equal to 'end'; they must differ");
 }
 
 void require_parts(const Value& table, const Union& all, Faults& faults) {
@@ -211,15 +213,18 @@ std::string Codec<Shape>::allowed(const Rule&) { return "`type` = " + allowed_na
 bool Codec<Shape>::read(const Value& value, const Rule&, Shape& out, Faults& faults) {
   const std::vector<std::string> placement_names = keys(Of<PlacementInput>{}).names();
   if (!shape_types().read(value, out.kind, faults, placement_names)) return false;
-  Value placement_table = value;
-  std::erase_if(placement_table.items,
-                [&](const Value& entry) { return entry.key != "rotation" && entry.key != "translation"; });
+  Value placement_table = config::make_table();
+  placement_table.path = value.path;
+  placement_table.place = value.place;
+  placement_table.key_place = value.key_place;
+  for (const std::string& name : placement_names)
+    if (const Value* entry = value.find(name)) placement_table.items.push_back(*entry);
   if (placement_table.items.empty()) return true;
 
   PlacementInput input;
   if (!keys(Of<PlacementInput>{}).read(placement_table, input, faults)) return false;
   Placed placed;
-  placed.part = std::make_shared<const Shape>(std::move(out));
+  placed.part = std::make_shared<const Shape>(std::exchange(out, Shape{}));
   if (input.rotation) {
     placed.axis = input.rotation->axis;
     placed.angle = input.rotation->angle * radians_per_degree;

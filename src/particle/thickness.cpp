@@ -1,6 +1,7 @@
 #include "bulkley/particle/thickness.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -23,16 +24,43 @@ double depth_behind(const Shape& shape, const Vec3& surface, const Vec3& normal,
   return enough;
 }
 
+struct Lattice {
+  Int3 n;          ///< points along each axis
+  double spacing;  ///< m, along all axes that have more than two
+};
+
+/// About n_lattice_points over a box, at least two along each axis however flat or slender it is.
+Lattice lattice_over(const Vec3& size) {
+  Lattice result{{2, 2, 2}, 0.0};
+  std::array<int, 3> axes{0, 1, 2};
+  std::sort(axes.begin(), axes.end(), [&](int a, int b) { return size[a] < size[b]; });
+  double points = n_lattice_points;
+  // The short axes first: where two points are already too many, the longer axes share what is left.
+  for (std::size_t shorter = 0; shorter < 3; ++shorter) {
+    double volume = 1.0;
+    for (std::size_t a = shorter; a < 3; ++a) volume *= size[axes[a]] / size[axes[shorter]];
+    const double n = std::pow(points / volume, 1.0 / static_cast<double>(3 - shorter));  // along the shortest that is left
+    result.spacing = size[axes[shorter]] / n;
+    if (n <= 2.0) {
+      points /= 2.0;
+      continue;
+    }
+    for (std::size_t a = shorter; a < 3; ++a)
+      result.n[static_cast<std::size_t>(axes[a])] =
+          static_cast<int>(std::ceil(std::min(size[axes[a]] / result.spacing, n_lattice_points)));
+    break;
+  }
+  return result;
+}
+
 }  // namespace
 
 double thickness(const Shape& shape, const Bounds& window, double enough) {
   const Bounds own = bounds(shape);
   const Vec3 lower = own.lower.cwiseMax(window.lower), upper = own.upper.cwiseMin(window.upper);
   const Vec3 size = upper - lower;
-  if (!(size.minCoeff() > 0.0)) return enough;
-  const double spacing = std::cbrt(size.prod() / n_lattice_points);
-  Int3 n;
-  for (int a = 0; a < 3; ++a) n[static_cast<std::size_t>(a)] = std::max(2, static_cast<int>(std::ceil(size[a] / spacing)));
+  if (!(size.minCoeff() > 0.0) || !size.allFinite()) return enough;
+  const auto [n, spacing] = lattice_over(size);
 
   std::vector<double> depths;
   for (int i = 0; i < n[0]; ++i)

@@ -63,7 +63,7 @@ Specimen::Specimen(const Specimen& other) : material_(other.material_), particle
 
 Specimen& Specimen::operator=(const Specimen& other) {
   BULKLEY_ASSERT(material_ == other.material_);
-  copy_state(other.particles_, particles_);
+  if (this != &other) copy_state(other.particles_, particles_);
   return *this;
 }
 
@@ -112,10 +112,6 @@ Specimen loaded_specimen(const Material& material, double pressure) {
   const RootSearch search{.start = 0.0, .first_step = first_try, .largest = largest, .tolerance = 1e-10 * pressure};
   if (!find_root(search, excess)) throw UsageError(fmt::format("--pressure {:g}: the material cannot take it", pressure));
   return trial;
-}
-
-bool flows(const Material& material) {
-  return std::visit([](const auto& law) { return law.flows; }, material);
 }
 
 }  // namespace bulkley::rheometer

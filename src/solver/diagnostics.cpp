@@ -30,11 +30,6 @@ enum Term {
 };
 using Terms = std::array<double, n_terms>;
 
-struct Energy {
-  double density;  // J per reference volume
-  bool flows;
-};
-
 Terms terms_of(const GridGeometry& grid, const TransferSettings& transfer, const Vec3& gravity,
                const std::vector<NamedMaterial>& materials, const ParticleSet& set, LocalIndex p) {
   const double m = set.real(Field::mass)[p], volume = set.real(Field::reference_volume)[p];
@@ -46,11 +41,10 @@ Terms terms_of(const GridGeometry& grid, const TransferSettings& transfer, const
     auto b = [&](int r, int c) { return d * set.real(Field::affine_velocity, 3 * r + c)[p]; };
     spin += Vec3(b(2, 1) - b(1, 2), b(0, 2) - b(2, 0), b(1, 0) - b(0, 1));
   }
-  const Energy energy = std::visit(
-      [&](const auto& law) {
-        return Energy{law.energy_density(particle_state(law, set, p)), law.flows};
-      },
-      materials[set.material()[p]].material);
+  const Material& material = materials[set.material()[p]].material;
+  const double energy_density =
+      std::visit([&](const auto& law) { return law.energy_density(particle_state(law, set, p)); }, material);
+  const bool fluid_like = bulkley::flows(material);
   Terms t{};
   t[mass] = m;
   for (int a = 0; a < 3; ++a) {
@@ -59,11 +53,11 @@ Terms terms_of(const GridGeometry& grid, const TransferSettings& transfer, const
     t[moment + a] = m * x[a];
   }
   t[kinetic] = 0.5 * m * v.squaredNorm();
-  t[elastic] = volume * energy.density;
+  t[elastic] = volume * energy_density;
   t[potential] = -m * gravity.dot(x);
   t[dissipated] = volume * set.real(Field::plastic_dissipation)[p];
-  t[fluid] = energy.flows ? m : 0.0;
-  t[flowing] = energy.flows && set.real(Field::plastic_shear_rate)[p] > 0.0 ? m : 0.0;
+  t[fluid] = fluid_like ? m : 0.0;
+  t[flowing] = fluid_like && set.real(Field::plastic_shear_rate)[p] > 0.0 ? m : 0.0;
   return t;
 }
 

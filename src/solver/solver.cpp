@@ -6,7 +6,7 @@
 #include "bulkley/kernel/g2p.hpp"
 #include "bulkley/kernel/p2g.hpp"
 #include "bulkley/kernel/stress_update.hpp"
-#include "failure.hpp"
+#include "describe_failure.hpp"
 
 namespace bulkley {
 
@@ -108,6 +108,14 @@ void Solver::set_contact_impulses(const ContactImpulses& sums) {
 }
 
 StepReport Solver::step(double remaining, int stop_request, TimeStepState& state, double time) {
+  try {
+    return take_step(remaining, stop_request, state, time);
+  } catch (const NoStep& reason) {  // alike on every rank
+    throw_failure(comm_, particles_, physics_.materials, reason);
+  }
+}
+
+StepReport Solver::take_step(double remaining, int stop_request, TimeStepState& state, double time) {
   StepReport report;
   StepBounds local;
   // A collider as fast as the material may move as far: until the end of the longest step that the material allows.
@@ -118,8 +126,10 @@ StepReport Solver::step(double remaining, int stop_request, TimeStepState& state
     report.plan = plan_step(physics_.time, physics_.grid.cell_size, bounds_, remaining, state);
     local = {};
     transfer_to_grid(report.plan.dt, time, local);
-    if (!report.plan.checked || judge(report.plan, local)) break;
-    reject_step(physics_.time, report.plan, state);
+    if (!report.plan.checked) break;
+    const StepBounds motion = motion_of_trial(local);
+    if (is_acceptable(physics_.time, physics_.grid.cell_size, report.plan, motion)) break;
+    reject_step(physics_.time, report.plan, motion, state);
     ++report.n_rejected;
   }
   contact_impulses_.add(trial_impulses_);
@@ -127,6 +137,7 @@ StepReport Solver::step(double remaining, int stop_request, TimeStepState& state
   transfer_to_particles(report.plan.dt, local);
   settle(local);
   if (bounds_.failed()) report_failure();
+  check_motion(comm_, physics_.time, physics_.grid.cell_size, report.plan.dt, particles_, bounds_);
   accept_step(physics_.time, report.plan, bounds_, state);
   report.bounds = bounds_;
   return report;
@@ -184,8 +195,8 @@ void Solver::accelerate(const GridUpdate& update, double time, Node* nodes, Node
   }
 }
 
-// Whether the motion that the nodes would give the particles is acceptable. One more all-reduce, on judged steps only.
-bool Solver::judge(const TimeStepPlan& plan, const StepBounds& faults) {
+// The motion that the nodes would give the particles. One more all-reduce, on judged steps only.
+StepBounds Solver::motion_of_trial(const StepBounds& faults) {
   const Phase phase(times_, "judge");
   StepBounds motion = faults;
   measure_motion(physics_.grid, physics_.transfer, layout_, map_, pool_.data(), particles_, motion);
@@ -194,7 +205,7 @@ bool Solver::judge(const TimeStepPlan& plan, const StepBounds& faults) {
     bounds_ = motion;
     report_failure();
   }
-  return is_acceptable(physics_.time, physics_.grid.cell_size, plan, motion);
+  return motion;
 }
 
 // Nodes -> particles, their stress, and their new cells.
@@ -395,9 +406,7 @@ VecHandle Solver::node_values(double time) {
   return copy;
 }
 
-void Solver::report_failure() const {
-  throw RunError(describe_failure(comm_, physics_.grid, particles_, physics_.materials, bounds_));
-}
+void Solver::report_failure() const { throw_failure(comm_, physics_.grid, particles_, physics_.materials, bounds_); }
 
 GlobalIndex Solver::halo_bytes() const {
   const std::size_t once = exchange_->sent_by_add().bytes + exchange_->sent_by_get().bytes;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <string>
 
 #include "bulkley/base/error.hpp"
@@ -70,16 +71,32 @@ TimeStepLimit time_step_limit(const TimeStepSettings& settings, double cell_size
   return limit;
 }
 
+namespace {
+
+constexpr const char* advice_on_fixed_step = "choose a smaller time.step, mode = \"adaptive\", or allow_unstable = true";
+constexpr const char* advice_on_smallest_step = "see what drives it there, or set a smaller time.smallest_step";
+
+std::string of_particle(GlobalIndex id) { return id < 0 ? "" : fmt::format(" (particle {})", id); }
+
+// The limit that a fixed step exceeds, if it does. Deformation limits accuracy, not stability: a fixed step may exceed that.
+std::optional<TimeStepLimit> exceeded_limit(const TimeStepSettings& settings, double cell_size, const StepBounds& bounds) {
+  StepBounds stability = bounds;
+  stability.velocity_gradient = {};
+  const TimeStepLimit limit = time_step_limit(settings, cell_size, stability);
+  return settings.fixed_step > limit.dt * (1.0 + 1e-12) ? std::optional(limit) : std::nullopt;
+}
+
+std::string excess_of_fixed_step(const TimeStepSettings& settings, const TimeStepLimit& limit) {
+  return fmt::format("the fixed time step of {:.6g} s is above the {} limit of {:.6g} s{}", settings.fixed_step,
+                     name(limit.limiter), limit.dt, of_particle(limit.id));
+}
+
+}  // namespace
+
 std::string fixed_step_fault(const TimeStepSettings& settings, double cell_size, const StepBounds& bounds) {
   if (settings.mode != TimeStepMode::fixed) return {};
-  StepBounds stability = bounds;
-  stability.velocity_gradient = {};  // a matter of accuracy, which a fixed step leaves to the user
-  const TimeStepLimit limit = time_step_limit(settings, cell_size, stability);
-  if (settings.fixed_step <= limit.dt * (1.0 + 1e-12)) return {};
-  return fmt::format(
-      "the fixed time step of {:.6g} s is above the {} limit of {:.6g} s{}; choose a smaller time.step, "
-      "mode = \"adaptive\", or allow_unstable = true",
-      settings.fixed_step, name(limit.limiter), limit.dt, limit.id < 0 ? "" : fmt::format(" (particle {})", limit.id));
+  const auto limit = exceeded_limit(settings, cell_size, bounds);
+  return limit ? fmt::format("{}; {}", excess_of_fixed_step(settings, *limit), advice_on_fixed_step) : std::string();
 }
 
 namespace {
@@ -100,12 +117,9 @@ void clip(double remaining, TimeStepPlan& plan) {
   }
 }
 
-std::string of_particle(GlobalIndex id) { return id < 0 ? "" : fmt::format(" (particle {})", id); }
-
-// Deformation limits accuracy, not stability: a fixed step may exceed that limit.
 TimeStepPlan plan_fixed(const TimeStepSettings& settings, double cell_size, const StepBounds& bounds, double remaining) {
-  const std::string fault = fixed_step_fault(settings, cell_size, bounds);
-  if (!fault.empty() && !settings.allow_unstable) throw RunError(fault);
+  if (const auto limit = exceeded_limit(settings, cell_size, bounds); limit && !settings.allow_unstable)
+    throw NoStep(excess_of_fixed_step(settings, *limit), limit->id, advice_on_fixed_step);
   TimeStepPlan plan{settings.fixed_step, Limiter::fixed, -1, false, false, false, true};
   clip(remaining, plan);
   return plan;
@@ -117,7 +131,7 @@ TimeStepPlan plan_step(const TimeStepSettings& settings, double cell_size, const
                        TimeStepState& state) {
   const TimeStepLimit limit = time_step_limit(settings, cell_size, bounds);
   if (!std::isfinite(limit.dt) && settings.mode == TimeStepMode::adaptive && settings.initial_step <= 0.0)
-    throw RunError("nothing limits the time step (no particle moves or has stiffness); set time.largest_step");
+    throw NoStep("nothing limits the time step (no particle moves or has stiffness)", -1, "set time.largest_step");
   if (state.first_limit == 0.0) {
     state.first_limit = std::isfinite(limit.dt) ? limit.dt : settings.initial_step;
     state.wait = settings.trial_interval;
@@ -128,8 +142,9 @@ TimeStepPlan plan_step(const TimeStepSettings& settings, double cell_size, const
     state.stable_step =
         std::min(settings.initial_step > 0.0 ? settings.initial_step : default_initial_step * limit.dt, limit.dt);
   if (limit.dt < smallest_step(settings, state))
-    throw RunError(fmt::format("the {} limit of {:.6g} s{} is below the smallest time step of {:.6g} s", name(limit.limiter),
-                               limit.dt, of_particle(limit.id), smallest_step(settings, state)));
+    throw NoStep(fmt::format("the {} limit of {:.6g} s{} is below the smallest time step of {:.6g} s", name(limit.limiter),
+                             limit.dt, of_particle(limit.id), smallest_step(settings, state)),
+                 limit.id, advice_on_smallest_step);
   // A limit that has shrunk below the stable step counts at once.
   const double stable = std::min(state.stable_step, limit.dt);
   const auto propose = [&](double dt) {
@@ -161,7 +176,8 @@ bool is_acceptable(const TimeStepSettings& settings, double cell_size, const Tim
          plan.dt * motion.speed.value <= cell_size && motion.n_not_finite == 0;
 }
 
-void reject_step(const TimeStepSettings& settings, const TimeStepPlan& plan, TimeStepState& state) {
+void reject_step(const TimeStepSettings& settings, const TimeStepPlan& plan, const StepBounds& motion,
+                 TimeStepState& state) {
   ++state.n_rejected;
   if (plan.trial) {
     ++state.n_trials;
@@ -171,10 +187,10 @@ void reject_step(const TimeStepSettings& settings, const TimeStepPlan& plan, Tim
   }
   const double smallest = smallest_step(settings, state);
   if (plan.dt <= smallest)
-    throw RunError(
-        fmt::format("the time step would fall below its smallest value of {:.6g} s: even that step deforms a particle by "
-                    "more than {:.3g}",
-                    smallest, settings.deformation_limit));
+    throw NoStep(fmt::format("the time step would fall below its smallest value of {:.6g} s: even that step deforms a "
+                             "particle by more than {:.3g}",
+                             smallest, settings.deformation_limit),
+                 motion.velocity_gradient.id, advice_on_smallest_step);
   state.stable_step = std::max(0.5 * plan.dt, smallest);
 }
 

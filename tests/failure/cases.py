@@ -111,6 +111,11 @@ def other_material(folder, program, scene):
     whole_run(folder, program, "other.toml")
 
 
+def escape(folder, program, scene):
+    outcome = program.run(["run", scene, "--out", "out"], 3, folder, 60)
+    assert outcome.code == FAILED, outcome.text
+
+
 FEW_TILES = {"cell_size = 0.01": "cell_size = 0.02"}
 FIXED_STEP = {"end = 0.01": 'end = 0.01\nmode = "fixed"\nstep = 0.005'}
 RESTART = ["run", "{scene}", "--out", "out", "--restart"]
@@ -208,6 +213,28 @@ particles_per_cell = 8
     # The run itself: on four ranks the particle leaves from one of them
     Case("acceleration_without_value", FAILED, r"t = 0\.00\d+ s: the acceleration_field is NaN or infinite on \d+ nodes?, "
          r"first at \(.*\) m", replace={'title = "ball"': 'acceleration_field = ["0", "0", "x < 0.08 ? sqrt(0.002 - t) : 0"]'}),
-    Case("escaping_particle", FAILED, r"particles? left the domain .* is particle \d+ .* at \(.*\) m with speed 20 m/s",
+    Case("escaping_particle", FAILED, r"particles? left the domain .* is particle \d+ .* at \(.*\) m with speed 20 m/s and J = "
+         r".*; let this face .*; what is around is saved in out/failure_\d+\.h5; there is no checkpoint yet",
          replace={"velocity = [0.0, 0.0, -1.0]": "velocity = [20.0, 0.0, 0.0]"}, append='[boundaries]\nx_upper = "open"\n'),
+    Case("crushed", FAILED, r"crushed to less than 0\.995 of its volume .*: particle \d+ of material 'fluid' at \(.*\) m .*; try a "
+         r"larger bulk_modulus.*saved in out/failure_\d+\.h5",
+         replace={"end = 0.01": "end = 0.1\nsmallest_volume_ratio = 0.995", "[0.0, 0.0, -1.0]": "[0.0, 0.0, -5.0]"}),
+    Case("grown", FAILED, r"grown to more than 1\.001 times its volume .*: particle \d+ of material 'fluid' at \(.*\) m .*; try more "
+         r"particles per cell.*saved in out/failure_\d+\.h5",
+         replace={"end = 0.01": "end = 0.1\nlargest_volume_ratio = 1.001", "[0.0, 0.0, -1.0]": "[0.0, 0.0, -5.0]"}),
+    Case("more_than_a_cell_a_step", FAILED, r"a particle moves 1\.25 cells in a step of 0\.0005 s: particle \d+ of material 'fluid' "
+         r"at \(.*\) m with speed 25\.0\d+ m/s .*saved in out/failure_000000001\.h5",
+         replace={"end = 0.01": 'end = 0.01\nmode = "fixed"\nstep = 0.0005\nallow_unstable = true',
+                  "[0.0, 0.0, -1.0]": "[0.0, 0.0, -25.0]"}),
+    Case("turned_inside_out", FAILED, r"\d+ particles turned inside out .* the first is particle \d+ of material 'fluid' at \(.*\) m "
+         r".*; try smaller factors of the time step .*saved in out/failure_000000001\.h5",
+         replace={"end = 0.01": 'end = 0.01\nmode = "fixed"\nstep = 0.002\nallow_unstable = true',
+                  "velocity = [0.0, 0.0, -1.0]": 'velocity_field = ["-700 * (x - 0.08)", "0", "0"]'}),
+    Case("time_step_too_small", FAILED, r"the elastic limit of .* s \(particle \d+\) is below the smallest time step of 0\.0005 s: "
+         r"particle \d+ of material 'fluid' at \(.*\) m .*; see what drives it there.*saved in out/failure_000000001\.h5",
+         replace={"end = 0.01": "end = 0.01\nsmallest_step = 5e-4"}),
+    Case("info_of_what_was_around", 0, r"frame 0 of step 1, .*\n912 particles(.|\n)*checksums are right", prepare=escape, arguments=["info", "out/failure_000000001.h5"],
+         replace={"velocity = [0.0, 0.0, -1.0]": "velocity = [20.0, 0.0, 0.0]",
+                  "end = 0.01": 'end = 0.01\nmode = "fixed"\nstep = 0.05\nallow_unstable = true'},
+         append='[boundaries]\nx_upper = "open"\n'),
 ]

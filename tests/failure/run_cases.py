@@ -1,17 +1,22 @@
 #!/usr/bin/env python3
-"""Runs the failure cases of cases.py and mesh_cases.py through the real program: expected exit code and sentence, before the time limit."""
+"""Runs the failure cases of cases.py, mesh_cases.py and input_cases.py through the real program: expected exit code and
+sentence, before the time limit."""
 
 import pathlib
 import re
+import resource
 import shutil
 import sys
+from concurrent.futures import ThreadPoolExecutor
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 from bulkley_program import Program, parse_arguments  # noqa: E402
 import cases  # noqa: E402
+import input_cases  # noqa: E402
 import mesh_cases  # noqa: E402
 
-CASES = cases.CASES + mesh_cases.MESH_CASES
+CASES = cases.CASES + mesh_cases.MESH_CASES + input_cases.INPUT_CASES
+MOST_MEMORY = 1 << 20  # KiB; none of the inputs is large
 
 BASE = pathlib.Path(__file__).resolve().with_name("base.toml")
 
@@ -57,14 +62,15 @@ def main():
     unknown = set(arguments.names) - {case.name for case in CASES}
     if unknown:
         sys.exit(f"no such case: {', '.join(sorted(unknown))}")
-    faults = []
-    for case in CASES:
-        if arguments.names and case.name not in arguments.names:
-            continue
-        for ranks in case.ranks:
-            fault = fault_of(case, ranks, program, pathlib.Path(arguments.work) / f"{case.name}.{ranks}")
-            if fault:
-                faults.append(fault)
+    chosen = [(case, ranks) for case in CASES if not arguments.names or case.name in arguments.names for ranks in case.ranks]
+    with ThreadPoolExecutor(2) as pool:  # most of the time goes into starting and ending processes
+        faults = list(pool.map(
+            lambda one: fault_of(*one, program, pathlib.Path(arguments.work) / f"{one[0].name}.{one[1]}"), chosen))
+    faults = [fault for fault in faults if fault]
+    memory = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
+    print(f"at most {memory >> 10} MiB of memory in a process")
+    if memory > MOST_MEMORY:
+        faults.append(f"a case took {memory >> 10} MiB of memory")
     for fault in faults:
         print(f"FAILED: {fault}")
     sys.exit(1 if faults else 0)

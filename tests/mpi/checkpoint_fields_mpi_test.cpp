@@ -30,7 +30,7 @@ CheckpointHeader make_header(GlobalIndex step) {
 }
 
 const OptionalFields internal_variables_of_all{Field::structure, Field::hardening, Field::plastic_volume_ratio,
-                                               Field::viscous_left_cauchy_green};
+                                               Field::viscous_left_cauchy_green, Field::added_law_variables};
 
 ParticleSet with_fields(const ParticleSet& given, OptionalFields fields) {
   ParticleSet particles(fields);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <numeric>
 
@@ -37,6 +38,26 @@ class Frame : public testing::Test {
     return broadcast_text(comm, text);
   }
 };
+
+// Chunks of one array are of several ranks, and ranks have unequal numbers of particles, or none.
+TEST_F(Frame, CompressedFramesHoldTheSameInLessSpace) {
+  settings.fields = {"id", "velocity", "cauchy_stress"};
+  for (const GlobalIndex n : {0, 3, 40000}) {
+    settings.compression = 0;
+    const std::string plain = write(0, 1, 0.0, n);
+    settings.compression = 1;
+    const std::string compressed = write(1, 1, 0.0, n);
+    const Hdf5Reader a(plain), b(compressed);
+    for (const char* array : {"/particles/position", "/particles/velocity", "/particles/cauchy_stress"})
+      EXPECT_EQ(whole_array<float>(a, array), whole_array<float>(b, array)) << array << ", " << n;
+    EXPECT_EQ(whole_array<GlobalIndex>(a, "/particles/id"), whole_array<GlobalIndex>(b, "/particles/id"));
+    verify_arrays(comm, compressed, {"/particles/position", "/particles/id"});
+    if (n == 40000) {
+      EXPECT_LT(std::filesystem::file_size(compressed), std::filesystem::file_size(plain) * 9 / 10);
+    }
+    BULKLEY_MPI(MPI_Barrier(comm.get()));  // before the next round replaces what is still read
+  }
+}
 
 TEST_F(Frame, HoldsWhatTheSettingsSay) {
   settings.fields = frame_field_names();

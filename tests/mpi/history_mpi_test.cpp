@@ -79,12 +79,23 @@ TEST_F(HistoryFile, CannotOpenIsAnErrorEverywhere) {
 }
 
 TEST_F(HistoryFile, StatusIsJson) {
-  write_status(comm, folder.path(), {RunState::failed, 12, 0.5, "checkpoint_000000010.h5", "a \"bad\"\nthing \\"});
+  RunProgress progress;
+  progress.title = "Splash";
+  progress.n_ranks = 3;
+  progress.elapsed = 7.5;
+  progress.phases = {{"p2g", 4, 1.0, 1.5, 2.0}};
+  progress.warnings = {"one", "two"};
+  write_status(comm, folder.path(), {RunState::failed, 12, 0.5, "checkpoint_000000010.h5", "a \"bad\"\nthing \\", progress});
   EXPECT_EQ(
       text_of("status.json"),
       "{\n  \"state\": \"failed\",\n  \"step\": 12,\n  \"time\": 0.5,\n  \"checkpoint\": \"checkpoint_000000010.h5\",\n"
-      "  \"reason\": \"a \\\"bad\\\"\\u000athing \\\\\"\n}\n");
-  write_status(comm, folder.path(), {RunState::running, 0, std::nan(""), "", ""});
+      "  \"reason\": \"a \\\"bad\\\"\\u000athing \\\\\",\n  \"title\": \"Splash\",\n  \"end_time\": 0,\n  \"ranks\": 3,\n"
+      "  \"particles\": 0,\n  \"first_step\": 0,\n  \"first_time\": 0,\n  \"wall_time\": 7.5,\n"
+      "  \"wall_time_stepping\": 0,\n  \"wall_time_output\": 0,\n  \"peak_memory\": 0,\n  \"checkpoint_time\": 0,\n"
+      "  \"continuation\": \"\",\n  \"host\": \"\",\n"
+      "  \"program\": \"\",\n  \"phases\": [\n    {\"name\": \"p2g\", \"mean\": 1.5, \"largest\": 2}\n  ],\n"
+      "  \"warnings\": [\n    \"one\",\n    \"two\"\n  ]\n}\n");
+  write_status(comm, folder.path(), {RunState::running, 0, std::nan(""), "", "", {}});
   EXPECT_NE(text_of("status.json").find("\"time\": null"), std::string::npos);
   EXPECT_FALSE(folder.has("status.json.tmp"));
 }

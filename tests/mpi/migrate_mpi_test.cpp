@@ -49,7 +49,8 @@ class Migrate : public testing::Test {
   void run(const std::vector<int>& destinations) {
     const auto n = static_cast<LocalIndex>(destinations.size());
     const GlobalIndex first_id = exclusive_sum(comm, n), n_global = sum_global(comm, n);
-    ParticleSet particles({Field::velocity_gradient, Field::structure, Field::viscous_left_cauchy_green});
+    ParticleSet particles(
+        {Field::velocity_gradient, Field::structure, Field::viscous_left_cauchy_green, Field::added_law_variables});
     particles.resize(n);
     std::vector<Departure> departures;
     LocalIndex n_staying = 0;

@@ -283,9 +283,11 @@ TEST_F(SolverTest, TooSmallASmallestStepEndsTheRunAlikeOnEveryRank) {
   scene.physics.transfer.scheme = TransferScheme::pic;
   const auto solver = solver_of(comm, scene, partition_of(comm, scene, PartitionMethod::ranges));
   TimeStepState state;
-  EXPECT_EQ(
-      sentence([&] { solver->step(1.0, 0, state); }),
-      "the time step would fall below its smallest value of 0.0004 s: even that step deforms a particle by more than 0.001");
+  const std::string text = sentence([&] { solver->step(1.0, 0, state); });
+  EXPECT_EQ(text.find("the time step would fall below its smallest value of 0.0004 s: even that step deforms a particle by "
+                      "more than 0.001: particle "),
+            0u)
+      << text;
 }
 
 // --- the acceleration field ------------------------------------------------------------------------------------------
@@ -373,7 +375,9 @@ TEST_F(SolverTest, AnEscapeIsTheSameErrorOnEveryRank) {
     EXPECT_EQ(
         sentence([&] { solver->step(1.0, 0, state); }),
         "1 particle left the domain through a face that is no outflow; the first is particle 27 of material 'solid' at "
-        "(0.1, 1.0019, 0.5) m with speed 2 m/s and J = 1");
+        "(0.1, 1.0019, 0.5) m with speed 2 m/s and J = 1; let this face of [boundaries] be a wall or an outflow, or make "
+        "the "
+        "domain larger");
   }
 }
 
@@ -385,7 +389,7 @@ TEST_F(SolverTest, AStartOutsideTheDomainIsAnError) {
   const std::string expected =
       "1 particle left the domain through a face that is no outflow; the first is particle 27 of material 'solid' at (0.1, "
       "5, 0.5) m "
-      "with speed 0 m/s and J = 1";
+      "with speed 0 m/s and J = 1; let this face of [boundaries] be a wall or an outflow, or make the domain larger";
   EXPECT_EQ(sentence([&] { solver_of(comm, scene, partition); }), expected);
   EXPECT_EQ(sentence([&] {
               Solver(comm, scene.physics, partition, share_of(comm, scene.particles, {}),

@@ -17,6 +17,7 @@ namespace {
 
 constexpr double dx = 0.1;      // m
 constexpr double plenty = 1e9;  // s to the next output
+const std::string advice = "; see what drives it there, or set a smaller time.smallest_step";
 
 // Bounds of particles with this largest speed, wave speed and velocity gradient, each of another particle.
 StepBounds moving(double speed, double wave_speed, double gradient) {
@@ -42,7 +43,7 @@ TimeStepPlan take_step(const TimeStepSettings& settings, const StepBounds& befor
       accept_step(settings, plan, motion, state);
       return plan;
     }
-    reject_step(settings, plan, state);
+    reject_step(settings, plan, motion, state);
   }
 }
 
@@ -50,8 +51,8 @@ template <class Function>
 std::string message_of(Function function) {
   try {
     function();
-  } catch (const RunError& error) {
-    return error.what();
+  } catch (const NoStep& error) {
+    return error.what() + ("; " + error.advice);
   }
   return "no error";
 }
@@ -199,7 +200,8 @@ TEST(TimeStep, AnyOtherBadStepHalvesTheStableStepUntilTheSmallest) {
   const StepBounds still = moving(1.0, 0.0, 0.0), torn = moving(1.0, 0.0, 1e6);
   EXPECT_EQ(
       message_of([&] { take_step(settings, still, torn, plenty, state); }),
-      "the time step would fall below its smallest value of 0.003 s: even that step deforms a particle by more than 0.1");
+      "the time step would fall below its smallest value of 0.003 s: even that step deforms a particle by more than 0.1" +
+          advice);
   EXPECT_EQ(state.n_rejected, 3);  // 1e-2, 5e-3, then 3e-3 itself
   // The smallest step itself is tried, not one below it.
   TimeStepState other;
@@ -211,14 +213,14 @@ TEST(TimeStep, ALimitBelowTheSmallestStepIsAnError) {
   settings.smallest_step = 1e-3;
   TimeStepState state;
   EXPECT_EQ(message_of([&] { plan_step(settings, dx, moving(1.0, 100.0, 0.0), plenty, state); }),
-            "the elastic limit of 0.0004 s (particle 22) is below the smallest time step of 0.001 s");
+            "the elastic limit of 0.0004 s (particle 22) is below the smallest time step of 0.001 s" + advice);
   // By default a millionth of the first limit.
   TimeStepSettings defaults;
   TimeStepState other;
   take_step(defaults, moving(1.0, 0, 0), moving(1.0, 0, 0), plenty, other);
   EXPECT_EQ(message_of([&] { plan_step(defaults, dx, moving(0.99e6, 0, 0), plenty, other); }), "no error");
   EXPECT_EQ(message_of([&] { plan_step(defaults, dx, moving(2e6, 0, 0), plenty, other); }),
-            "the speed limit of 2.5e-08 s (particle 11) is below the smallest time step of 5e-08 s");
+            "the speed limit of 2.5e-08 s (particle 11) is below the smallest time step of 5e-08 s" + advice);
 }
 
 TEST(TimeStep, WhatIsAcceptable) {

@@ -15,7 +15,7 @@ GOOD = {
     "src/domain/exchange.cpp":
         "#include <mpi.h>\nvoid f() {\n  BULKLEY_MPI(MPI_Send(a, (b), g(c),\n                       d));\n}\n",
     "drivers/version.cpp": "bool f() {\n  return PetscGetVersion(a, 9) != 0 || MPI_Get_library_version(b, &n) != 0;\n}\n",
-    "drivers/bulkley.cpp": '#include "bulkley/simulation.hpp"\n#include "bulkley/version.hpp"\nComm comm(MPI_COMM_WORLD);\n'
+    "drivers/program.cpp": '#include "bulkley/simulation.hpp"\n#include "bulkley/version.hpp"\nComm comm(MPI_COMM_WORLD);\n'
                            "int main() {\n  if (PetscInitialize(&n, &v) != 0) return 3;\n}\n",
 }
 

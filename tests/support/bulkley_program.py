@@ -25,13 +25,15 @@ class Program:
         self.path = path
         self.mpiexec = mpiexec
 
-    def run(self, arguments, ranks, folder, limit):
-        """`bulkley arguments` on `ranks` ranks in `folder`, ended after `limit` seconds. One rank needs no mpiexec."""
+    def run(self, arguments, ranks, folder, limit, environment=None):
+        """`bulkley arguments` on `ranks` ranks in `folder`, ended after `limit` seconds. One rank needs no mpiexec.
+        `environment`: variables beside those of this process."""
         launcher = [self.mpiexec, "-n", str(ranks)] if ranks > 1 else []
         command = [*launcher, self.path, *arguments]
         start = time.monotonic()
         process = subprocess.Popen(command, cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                                   stderr=subprocess.STDOUT, text=True, errors="replace", start_new_session=True)
+                                   stderr=subprocess.STDOUT, text=True, errors="replace", start_new_session=True,
+                                   env={**os.environ, **(environment or {})})
         try:
             text, _ = process.communicate(timeout=limit)
             code = process.returncode

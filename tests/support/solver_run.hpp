@@ -71,7 +71,11 @@ inline SolverScene contact_scene(const TransferSettings& transfer) {
   physics.gravity = Vec3(0.0, 0.0, -9.81);
   physics.faces[0] = {FaceKind::sticky, 0.0, Vec3(0.0, 0.2, -0.1)};
   physics.faces[4] = {FaceKind::separating, 0.3};
-  physics.colliders = {{"ball", {Sphere{Vec3(0.35, 0.6, 0.15), 0.12}}, Contact::separating, 0.2}};
+  Collider& ball = physics.colliders.emplace_back();
+  ball.name = "ball";
+  ball.shape = {Sphere{Vec3(0.35, 0.6, 0.15), 0.12}};
+  ball.contact = Contact::separating;
+  ball.friction = 0.2;
   const Vec3 lower = physics.grid.lower, upper = physics.grid.upper();
   add_block(scene, lower + Vec3(0.1, 0.2, 0.0), {5, 6, 4}, 0, Vec3(1.0, 0.0, -1.0));
   add_block(scene, lower + Vec3(0.4, 0.2, 0.05), {4, 6, 4}, 1, Vec3(-1.0, 0.0, -2.0));

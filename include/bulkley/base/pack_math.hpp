@@ -95,10 +95,12 @@ inline Real normal_logarithm(Real x) {
 template <class Real>
 inline Real logarithm(Real x) {
   using namespace pack_math;
-  constexpr double subnormal_exponent = 54.0, subnormal_scale = 0x1p54;
+  constexpr double subnormal_exponent = 54.0, subnormal_scale = 0x1p54, smallest_normal = std::numeric_limits<double>::min();
   const Real zero = broadcast<Real>(0.0);
-  const Mask<Real> subnormal = x < broadcast<Real>(std::numeric_limits<double>::min());
-  const Real ln_x = normal_logarithm(select(subnormal, x * subnormal_scale, x)) -
+  const Mask<Real> subnormal = x < broadcast<Real>(smallest_normal);
+  // What is not above 0 is replaced as well: its bits would overflow.
+  const Real scaled = maximum(x * subnormal_scale, broadcast<Real>(smallest_normal));
+  const Real ln_x = normal_logarithm(select(subnormal, scaled, x)) -
                     select(subnormal, broadcast<Real>(subnormal_exponent * (ln2_high + ln2_low)), zero);
   const Real at_most_zero = select(x == zero, broadcast<Real>(-infinity), broadcast<Real>(not_a_number));
   return select(x > zero, select(x < broadcast<Real>(infinity), ln_x, x), at_most_zero);
@@ -128,8 +130,9 @@ inline Real inverse_cube_root(Real x) {
     const Real d = 1.0 - x * t * (t * t);
     t = t + t * (d * (1.0 / 3.0 + d * (2.0 / 9.0 + d * (14.0 / 81.0))));
   }
-  const Mask<Real> normal = (x >= broadcast<Real>(std::numeric_limits<double>::min())) & (x < broadcast<Real>(infinity));
-  return select(normal, t, broadcast<Real>(not_a_number));
+  const Mask<Real> large_enough = x >= broadcast<Real>(std::numeric_limits<double>::min()),
+                   finite = x < broadcast<Real>(infinity);
+  return select(large_enough & finite, t, broadcast<Real>(not_a_number));
 }
 
 }  // namespace bulkley

@@ -19,6 +19,16 @@ void check_mpi(int code, const char* call, const char* file, int line);
 /// Not collective.
 [[noreturn]] void abort_all_ranks(const std::string& message, const char* file, int line);
 
+/// While it lives, abort_all_ranks calls `work` with its message before it ends the ranks, and adds what it returns to the
+/// message; on the rank that aborts only, so `work` must not communicate. One at a time.
+class AbortWords {
+ public:
+  explicit AbortWords(std::function<std::string(const std::string& message)> work);
+  ~AbortWords();
+  AbortWords(const AbortWords&) = delete;
+  AbortWords& operator=(const AbortWords&) = delete;
+};
+
 /// Makes a failed BULKLEY_ASSERT end every rank; called once by each main() that starts MPI. Not collective.
 void install_assert_handler();
 

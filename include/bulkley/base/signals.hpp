@@ -6,11 +6,18 @@ namespace bulkley {
 /// What a rank asks of the run; larger is stronger, so a maximum over ranks decides.
 enum class Request : int {
   none = 0,
-  checkpoint = 1,  ///< write a checkpoint and go on (SIGUSR2)
-  stop = 2,        ///< write a checkpoint and stop (SIGTERM, SIGINT, SIGUSR1)
+  status = 1,      ///< renew status.json
+  checkpoint = 2,  ///< write a checkpoint, and status.json with it, and go on (SIGUSR2)
+  // Write a checkpoint and stop:
+  stop_by_walltime = 3,  ///< the time given to the run is nearly over
+  stop_by_file = 4,      ///< a file named STOP lies in the output folder
+  stop_by_signal = 5,    ///< SIGTERM, SIGINT, SIGUSR1
 };
 
-/// Installs the handlers; they only set a flag. Call after PetscInitialize, which takes other signals. Not collective.
+constexpr bool asks_to_stop(Request request) { return request >= Request::stop_by_walltime; }
+
+/// Installs the handlers; they only set a flag, so that a signal may come again, or at any time. MPI and PETSc (with
+/// -no_signal_handler) leave these signals alone: call it first thing, before they start. Not collective.
 void watch_signals();
 
 /// The strongest request since the last call; a request to stop stays. Not collective.

@@ -44,6 +44,8 @@ bool expect_list_of_tables(const Value& value, Faults& faults);
 Value write_vector(const Vec3& vector);
 Value write_texts(const std::vector<std::string>& texts);
 std::string allowed_numbers(const Rule& rule);
+/// `"a"`, `"b"` for the reference page.
+std::string allowed_names(const std::vector<std::string>& names);
 
 /// What most types share.
 struct PlainCodec {
@@ -124,7 +126,7 @@ struct Codec<E> : PlainCodec {
     return result;
   }
   static std::string type(const Rule&) { return "name"; }
-  static std::string allowed(const Rule&);
+  static std::string allowed(const Rule&) { return allowed_names(words()); }
   static bool read(const Value& v, const Rule&, E& out, Faults& faults) {
     std::size_t index = 0;
     if (!read_choice(v, words(), index, faults)) return false;
@@ -137,12 +139,6 @@ struct Codec<E> : PlainCodec {
     return {};
   }
 };
-
-/// `"a"`, `"b"` for the reference page.
-std::string allowed_names(const std::vector<std::string>& names);
-
-template <class E>
-requires std::is_enum_v<E> std::string Codec<E>::allowed(const Rule&) { return allowed_names(words()); }
 
 inline std::string Codec<std::vector<std::string>>::allowed(const Rule& rule) { return allowed_names(rule.names); }
 

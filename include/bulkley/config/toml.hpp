@@ -7,7 +7,11 @@
 
 namespace bulkley::config {
 
-/// The root table of a TOML text. Throws UsageError "file:line:column: ..." where it is not TOML or repeats a key.
+/// Bytes; a scene text has some kilobytes. Whoever reads a file stops there.
+inline constexpr std::size_t largest_text = std::size_t{16} << 20;
+
+/// The root table of a TOML text. Throws UsageError "file:line:column: ..." where it is not TOML, repeats a key, or is too large
+/// or nested too deeply.
 Value parse_toml(const std::string& text, const std::string& file_name);
 
 /// Applies "key.path=value" to the tree; tables on the way are made, entries of lists are found by index or by `name`.

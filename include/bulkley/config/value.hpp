@@ -55,14 +55,20 @@ std::string in_words(const Value& value);
 std::string table_name(const std::string& path);
 /// Where a key stands, in messages: "in [materials.fluid]", or "at the top level".
 std::string in_table(const std::string& path);
-/// Path of the entry `key` of the table or list at `path`.
+/// Path of the entry `key` of the table or list at `path`, its middle left out where it is very long.
 std::string child_path(const std::string& path, const std::string& key);
+
+/// `text` on one line, without control characters, and its middle left out where it is very long: for messages.
+std::string printable(const std::string& text);
+bool is_utf8(std::string_view text);
 
 /// Collects the faults of an input, so that the user hears of all of them at once.
 class Faults {
  public:
   void add(const Place& place, const std::string& sentence);
-  std::size_t size() const { return faults_.size(); }
+  std::size_t size() const { return n_; }
+  /// Whether there are more faults than anyone wants to hear of.
+  bool plenty() const { return faults_.size() >= most; }
   /// Throws UsageError with one line per fault, ordered by their place; does nothing without faults.
   void throw_if_any() const;
 
@@ -71,6 +77,8 @@ class Faults {
     Place place;
     std::string sentence;
   };
+  static constexpr std::size_t most = 100;
+  std::size_t n_ = 0;  ///< with those that are not kept
   std::vector<Fault> faults_;
 };
 

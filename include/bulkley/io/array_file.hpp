@@ -1,9 +1,10 @@
 #pragma once
 // An HDF5 file of arrays that is there whole and checked, or not at all; what checkpoints and frames have in common.
 //
-// Writing: room is reserved first; every rank then writes its block of every array, by itself; a CRC-32 of each array, the
-// same on any number of ranks, is kept as its attribute `crc32`; the file is closed, read back and compared, flushed to disk
-// and only then given its name.
+// Writing: the root makes an HDF5 file with all its structure and reserves the room; every rank then writes its block of every
+// array by itself, straight to where HDF5 has put the array; a CRC-32 of each array, the same on any number of ranks, is kept as
+// its attribute `crc32`; the file is flushed to disk, read back and compared, and only then given its name. No call waits for
+// another rank, so that a disk that fails one of them is an error on all and no hang.
 
 #include <cstdint>
 #include <functional>
@@ -39,6 +40,7 @@ struct FileContent {
   GlobalIndex format_version = 0;
   std::vector<Attribute> attributes;
   std::vector<Array> arrays;
+  int deflate_level = 0;  ///< of the arrays, 1 to 9; 0: as they are
 };
 
 /// Writes `path`, or leaves what was there untouched. Throws RunError on every rank when there is no room, a rank cannot

@@ -56,6 +56,12 @@ void write_frame(const Comm& comm, const std::string& folder, const FrameInfo& i
                  std::span<const NamedMaterial> materials, const OutputSettings& settings, const GridNodes* nodes,
                  const TileValues* tiles, const ColliderSurfaces* colliders = nullptr);
 
+/// The same under any name ending in ".h5".
+void write_frame_file(const Comm& comm, const std::string& file, const FrameInfo& info, const ParticleSet& particles,
+                      std::span<const NamedMaterial> materials, const OutputSettings& settings,
+                      const GridNodes* nodes = nullptr, const TileValues* tiles = nullptr,
+                      const ColliderSurfaces* colliders = nullptr);
+
 /// Throws RunError. Collective.
 FrameInfo read_frame_info(const Comm& comm, const std::string& file);
 

@@ -1,10 +1,9 @@
 #pragma once
-// HDF5 files: written by all ranks together, read by each rank alone.
+// HDF5 files: made by one process, read by each rank alone.
 //
-// Writing goes through the MPI-IO driver. Everything that changes the file's structure is collective; data go by independent
-// writes to contiguous datasets, because collective data writes hang or silently lose data on a full disk
-// (docs/architecture.md, "Files"). Reading is local work: a damaged file is then an ordinary local error that
-// collective_guard can turn into the same sentence on every rank, where a collective open could hang.
+// No call of HDF5 is collective: what a file system answers to one rank is then an ordinary local error, which
+// collective_guard turns into the same sentence on every rank. HDF5's collective calls hang where a rank cannot write
+// (docs/architecture.md, "Files"). All ranks write at once all the same: see array_file.hpp.
 
 #include <hdf5.h>
 
@@ -84,39 +83,48 @@ std::string part_name(const std::string& name, int part);
 /// Product of the extents; 1 for a scalar.
 GlobalIndex n_elements(const Extents& shape);
 
-using AttributeValue = std::variant<GlobalIndex, double, std::string, std::vector<double>>;
+/// Text that other programs want marked as ASCII; ours is marked as UTF-8. Written only: it is read as std::string.
+struct AsciiText {
+  std::string text;
+};
+using AttributeValue =
+    std::variant<GlobalIndex, double, std::string, std::vector<double>, AsciiText, std::vector<GlobalIndex>>;
 
-/// A new file, open for writing on all ranks.
+/// The structure of a file: groups, attributes, and arrays whose values are written past HDF5. Every member throws RunError
+/// naming the file. Not collective.
 class Hdf5Writer {
  public:
-  /// Creates `path`, or empties it. Aborts all ranks on failure. Collective.
-  Hdf5Writer(const Comm& comm, const std::string& path);
+  enum class Mode { create, change };
+  /// Creates `path`, or empties it; or opens it to change attributes.
+  Hdf5Writer(const std::string& path, Mode mode);
 
-  /// Groups on the way are created too. Collective, same arguments on every rank.
+  /// Groups on the way are created too.
   void create_group(const std::string& path);
   /// Sets or overwrites (same type and size) an attribute of a group or array. An attribute holds less than 64 KiB: longer
-  /// text goes on in `name`_2, `name`_3, ... Collective, same arguments on every rank.
+  /// text goes on in `name`_2, `name`_3, ...
   void set_attribute(const std::string& object, const std::string& name, const AttributeValue& value);
-  /// A contiguous dataset with its space in the file assigned at once and no fill values. Collective, same arguments.
-  void create_array(const std::string& path, ArrayType type, const Extents& shape);
-  /// Position in the file, in bytes, one past the last array. Not collective.
-  GlobalIndex end_of_arrays() const { return end_of_arrays_; }
+  /// A contiguous dataset with its space in the file assigned at once and no fill values. Where its values begin in the file,
+  /// bytes; 0 if it has none.
+  GlobalIndex create_array(const std::string& path, ArrayType type, const Extents& shape);
+  /// A dataset of compressed chunks, for write_block. `deflate_level`: 1 to 9. Precondition: the array is not empty.
+  void create_compressed(const std::string& path, ArrayType type, const Extents& shape, int deflate_level);
+  /// Writes a block of an array.
+  void write_block(const std::string& array, const Extents& start, const Extents& count, const void* data);
 
-  /// Writes a block of an array. Blocks must stay below 2 GiB, the limit of one MPI-IO call. Throws RunError.
-  /// Not collective.
-  void write(const std::string& array, const Extents& start, const Extents& count, const void* data);
-
-  /// Flushes and closes; aborts all ranks on failure, since HDF5 cannot be shut down in order after a failed close.
-  /// Collective.
+  /// Flushes and closes. What is not closed so is lost. Aborts all ranks if HDF5 cannot close the file: it could not be shut
+  /// down in order after that.
   void close();
+  ~Hdf5Writer();
+  Hdf5Writer(const Hdf5Writer&) = delete;
+  Hdf5Writer& operator=(const Hdf5Writer&) = delete;
 
  private:
+  void close_file();
   void set_one_attribute(const std::string& object, const std::string& name, const AttributeValue& value);
+  std::string what() const;
 
   std::string path_;
   HdfFile file_;
-  HdfList independent_;
-  GlobalIndex end_of_arrays_ = 0;
 };
 
 struct ArrayInfo {

@@ -1,13 +1,12 @@
 #pragma once
 // history.csv: one row of scalars every few steps, for plotting.
 
-#include <cstdio>
-#include <memory>
 #include <string>
 #include <variant>
 #include <vector>
 
 #include "bulkley/base/parallel.hpp"
+#include "bulkley/io/text_file.hpp"
 
 namespace bulkley {
 
@@ -25,13 +24,14 @@ class History {
   /// every rank. Collective.
   void write(const Comm& comm, const std::vector<HistoryValue>& row);
 
+  /// Flushes the rows to disk, so that a restart from a checkpoint written after this finds all rows before it. Throws
+  /// RunError on every rank. Collective.
+  void sync(const Comm& comm);
+
  private:
-  struct Close {
-    void operator()(std::FILE* file) const { std::fclose(file); }
-  };
   std::string path_;
   std::size_t n_columns_ = 0;
-  std::unique_ptr<std::FILE, Close> file_;
+  GrowingFile file_;
 };
 
 }  // namespace bulkley

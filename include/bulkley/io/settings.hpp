@@ -29,6 +29,14 @@ inline std::vector<std::string> frame_field_names() {
   return names;
 }
 
+/// The fields among them that `particles` have of their own. Not collective.
+inline std::vector<std::string> particle_field_names(const ParticleSet& particles) {
+  std::vector<std::string> names;
+  for (const FieldInfo& field : field_table)
+    if (field.written && field.field != Field::position && particles.has(field.field)) names.emplace_back(field.name);
+  return names;
+}
+
 struct OutputSettings {
   double frame_interval = 0.0;     ///< s; 0: no frames
   int history_interval = 10;       ///< steps between rows of history.csv
@@ -36,8 +44,9 @@ struct OutputSettings {
   std::vector<std::string> fields{"velocity", "material",          "volume_ratio",
                                   "pressure", "deviatoric_stress", "plastic_shear_rate"};
   FloatPrecision precision = FloatPrecision::float32;
-  bool grid = false;   ///< also write grid mass density and velocity
-  bool tiles = false;  ///< also write rank, particles and load of each tile
+  int compression = 0;  ///< deflate level of frames, 1 to 9; 0: none
+  bool grid = false;    ///< also write grid mass density and velocity
+  bool tiles = false;   ///< also write rank, particles and load of each tile
 };
 
 struct CheckpointSettings {
@@ -45,6 +54,7 @@ struct CheckpointSettings {
   double wall_interval = 0.0;  ///< s of wall time; 0: not by wall time
   int keep = 2;                ///< whole checkpoints kept; at least 1
   bool at_end = true;          ///< also at the end of the run
+  double timeout = 600.0;      ///< s; a checkpoint or frame that takes longer to write ends the run; 0: never
 };
 
 }  // namespace bulkley

@@ -22,6 +22,10 @@ inline const config::Keys<OutputSettings>& keys(config::Of<OutputSettings>) {
                {.about = "Wall time between progress lines.", .unit = "s", .range = config::at_least(0.0), .duration = true})
           .key("fields", &S::fields, {.about = "What frames hold beside the position.", .names = frame_field_names()})
           .key("precision", &S::precision, {.about = "Size of the real numbers in frames."})
+          .key("compression", &S::compression,
+               {.about = "Deflate level of frames, 1 to 9; 0: none. Level 1 saves a third to a half of the space; the root "
+                         "compresses alone, some ten times slower than it writes.",
+                .range = config::between(0.0, 9.0)})
           .key("grid", &S::grid,
                {.about = "Also write the grid's mass density and velocity; needs a box of tiles for each rank, as "
                          "partition.method \"ranges\" does."})
@@ -42,7 +46,13 @@ inline const config::Keys<CheckpointSettings>& keys(config::Of<CheckpointSetting
                 .range = config::at_least(0.0),
                 .duration = true})
           .key("keep", &S::keep, {.about = "How many checkpoints stay.", .range = config::at_least(1.0)})
-          .key("at_end", &S::at_end, {.about = "Also write one at the end of the run."});
+          .key("at_end", &S::at_end, {.about = "Also write one at the end of the run."})
+          .key("timeout", &S::timeout,
+               {.about = "Wall time after which a checkpoint or frame that is still being written ends the run with exit "
+                         "code 3, because the file system does not answer; 0: never.",
+                .unit = "s",
+                .range = config::at_least(0.0),
+                .duration = true});
   return table;
 }
 

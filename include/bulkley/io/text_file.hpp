@@ -18,7 +18,8 @@ std::string read_text(const std::string& path);
 
 /// Flushes a file to disk (fsync). Throws RunError.
 void sync_file(const std::string& path);
-/// Makes renames and removals in a folder durable (fsync of the folder; file systems that cannot do it are let be).
+/// Makes renames and removals in a folder durable (fsync of the folder; file systems that cannot do it are let be). Throws
+/// RunError.
 void sync_folder(const std::string& folder);
 
 /// Renames `from` to `to`, which must lie in the same folder, and makes that durable. Throws RunError.
@@ -26,6 +27,29 @@ void rename_durably(const std::string& from, const std::string& to);
 
 /// Removes a file if it is there. Throws RunError.
 void remove_file(const std::string& path);
+
+/// Removes what writes that never came to their end left in `folder`: files of a run with ".tmp" behind their names. Throws
+/// RunError.
+void remove_leftovers(const std::string& folder);
+
+/// A text file that grows at its end; what is appended is handed to the operating system at once.
+class GrowingFile {
+ public:
+  GrowingFile() = default;
+  ~GrowingFile();
+  GrowingFile(const GrowingFile&) = delete;
+  GrowingFile& operator=(const GrowingFile&) = delete;
+  /// Opens a file that exists. Throws RunError.
+  void open(const std::string& path);
+  /// Throws RunError; then a part of `text` may stand at the end of the file.
+  void append(const std::string& text);
+  /// Flushes what was appended to disk. Throws RunError.
+  void sync();
+
+ private:
+  std::string path_;
+  int file_ = -1;
+};
 
 /// Names (not paths) of the files in `folder` that read `prefix`, digits, `suffix`, by ascending number; empty when the
 /// folder is not there. Throws RunError when it cannot be read.

@@ -17,7 +17,7 @@ enum class Contact {
   separating,  ///< no normal velocity into the wall; Coulomb friction while pressed against it
 };
 
-const char* name(Contact contact);
+std::string name(Contact contact);
 
 enum class FaceKind { sticky, slip, separating, periodic, outflow, open };
 

@@ -32,9 +32,16 @@ enum class Internal {
   hardening,                  ///< accumulated plastic strain of sand
   plastic_volume_ratio,       ///< J / J_elastic of snow
   viscous_left_cauchy_green,  ///< elastic strain of a relaxing branch, xx yy zz xy yz xz
+  added_law_variables,        ///< whatever the laws that a program adds keep (added_law.hpp)
 };
 
-constexpr int n_components(Internal variable) { return variable == Internal::viscous_left_cauchy_green ? 6 : 1; }
+/// As many numbers as a law that a program adds may keep beside b and J.
+inline constexpr int n_added_law_variables = 8;
+
+constexpr int n_components(Internal variable) {
+  if (variable == Internal::added_law_variables) return n_added_law_variables;
+  return variable == Internal::viscous_left_cauchy_green ? 6 : 1;
+}
 
 /// How many numbers the internal variables of a law are.
 template <class Law>

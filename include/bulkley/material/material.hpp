@@ -1,10 +1,11 @@
 #pragma once
-// The materials a particle can be made of: a closed family of laws.
+// The materials a particle can be made of: a family of laws, open through AddedLaw.
 
 #include <span>
 #include <string>
 #include <variant>
 
+#include "bulkley/material/added_law.hpp"
 #include "bulkley/material/drucker_prager.hpp"
 #include "bulkley/material/finite_viscoelastic.hpp"
 #include "bulkley/material/fixed_corotated.hpp"
@@ -19,7 +20,7 @@
 namespace bulkley {
 
 using Material = std::variant<NeoHookean, HerschelBulkley, Hencky, FixedCorotated, Newtonian, OldroydB, FiniteViscoelastic,
-                              ThixotropicHerschelBulkley, DruckerPrager, Snow>;
+                              ThixotropicHerschelBulkley, DruckerPrager, Snow, AddedLaw>;
 
 struct NamedMaterial {
   std::string name;
@@ -32,5 +33,11 @@ void require_valid(const NamedMaterial& named);
 
 /// The internal variables of a material's law. Not collective.
 std::span<const Internal> internal_variables(const Material& material);
+
+/// The name of a material's law in scenes. Not collective.
+const char* law_name(const Material& material);
+
+/// Whether a material deforms for good, as fluids do. Not collective.
+bool flows(const Material& material);
 
 }  // namespace bulkley

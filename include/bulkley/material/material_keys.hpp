@@ -3,22 +3,10 @@
 //
 // A law joins by a specialisation of LawKeys beside its header; its name is the law's own.
 
-#include "bulkley/config/keys.hpp"
 #include "bulkley/material/material.hpp"
+#include "bulkley/material/plain_keys.hpp"
 
-namespace bulkley {
-
-/// The keys of a law:
-///   using Input = ...;                                   what a scene may write, as optional members
-///   static Input start(const Law&);                      the input as it is before any key was read
-///   static const config::Keys<Input>& table();
-///   static void fill(const config::Value& table, const Input&, Law&, config::Faults&);
-///       Puts the input into a law that holds a preset's parameters, or NaN; faults on what is missing or contradictory.
-///   static config::Value write(const Law&);              the table that gives the law again
-template <class Law>
-struct LawKeys;
-
-namespace config {
+namespace bulkley::config {
 
 template <>
 struct Codec<std::vector<NamedMaterial>> : PlainCodec {
@@ -28,5 +16,4 @@ struct Codec<std::vector<NamedMaterial>> : PlainCodec {
   static void describe(const std::string& path, std::vector<TableText>& out);
 };
 
-}  // namespace config
-}  // namespace bulkley
+}  // namespace bulkley::config

@@ -85,7 +85,7 @@ inline FlowReturn<Real> flow_return(Real trial_norm, double modulus, Real mean, 
   const Real zero = broadcast<Real>(0.0), one = broadcast<Real>(1.0);
   const Mask<Real> yields = trial_norm > (zero + rule.radius);
   const bool never = !any((zero + rule.eta) < broadcast<Real>(pack_math::infinity));
-  if (!any(yields) || never) return {yields & (zero > zero), trial_norm, one, zero};
+  if (!any(yields) || never) return {zero > zero, trial_norm, one, zero};  // no lane yields
 
   const Real overstress = select(yields, trial_norm - rule.radius, one);
   const double stiffness = 2.0 * dt * modulus;

@@ -32,6 +32,7 @@ enum class Field : int {
   hardening,
   plastic_volume_ratio,
   viscous_left_cauchy_green,
+  added_law_variables,
   material,
   id,
 };
@@ -79,6 +80,8 @@ inline constexpr std::array field_table = {
     FieldInfo{Field::viscous_left_cauchy_green, "viscous_left_cauchy_green", "1",
               "elastic left Cauchy-Green tensor of a relaxing branch, xx yy zz xy yz xz", FieldType::real, 6, true, true,
               true},
+    FieldInfo{Field::added_law_variables, "added_law_variables", "1",
+              "variables of a law that the program added, in the order of the law", FieldType::real, 8, true, true, true},
     FieldInfo{Field::material, "material", "1", "index into the scene's materials", FieldType::uint8, 1, true, true},
     FieldInfo{Field::id, "id", "1", "unique, from the seeding geometry alone", FieldType::int64, 1, true, true},
 };
@@ -183,6 +186,9 @@ class ParticleSet {
 
   /// Removes the particles of `gone` (ascending, each once); the last particles fill the gaps.
   void remove(std::span<const LocalIndex> gone);
+
+  /// Copies of the particles `chosen` (each < size()), in that order.
+  ParticleSet selected(std::span<const LocalIndex> chosen) const;
 
   /// Bytes allocated.
   std::size_t memory() const;

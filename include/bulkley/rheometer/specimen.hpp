@@ -59,7 +59,4 @@ class Specimen {
 /// UsageError if the material cannot take it. Not collective.
 Specimen loaded_specimen(const Material& material, double pressure);
 
-/// Whether the law says that it flows; else it is a solid. Not collective.
-bool flows(const Material& material);
-
 }  // namespace bulkley::rheometer

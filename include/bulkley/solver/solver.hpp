@@ -67,7 +67,7 @@ class Solver {
 
   /// Advances by one time step of at most `remaining` seconds. `stop_request` rides on the all-reduce and comes back merged
   /// in bounds.stop_request. `time`: at the start of the step, s, for the acceleration field and moving colliders. Throws
-  /// RunError, alike on every rank, when particles fail. Collective.
+  /// StepFailure, alike on every rank, when particles fail or no step can be taken. Collective.
   StepReport step(double remaining, int stop_request, TimeStepState& state, double time = 0.0);
 
   /// What the material has given to the colliders since the start or the last set_contact_impulses, over all ranks; the same
@@ -94,7 +94,8 @@ class Solver {
  private:
   void transfer_to_grid(double dt, double time, StepBounds& faults);
   void accelerate(const GridUpdate& update, double time, Node* nodes, Node* impulse, StepBounds& faults);
-  bool judge(const TimeStepPlan& plan, const StepBounds& faults);
+  StepReport take_step(double remaining, int stop_request, TimeStepState& state, double time);
+  StepBounds motion_of_trial(const StepBounds& faults);
   void transfer_to_particles(double dt, StepBounds& local);
   void settle(StepBounds& local);
   void start_placing();

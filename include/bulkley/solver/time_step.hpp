@@ -5,6 +5,7 @@
 
 #include "bulkley/kernel/step_bounds.hpp"
 #include "bulkley/kernel/transfer.hpp"
+#include "bulkley/solver/failure.hpp"
 
 namespace bulkley {
 
@@ -15,17 +16,19 @@ enum class DeformationCheck { risky, always };
 struct TimeStepSettings {
   double end_time = 0.0;  ///< s
   TimeStepMode mode = TimeStepMode::adaptive;
-  double fixed_step = 0.0;         ///< s, mode fixed
-  bool allow_unstable = false;     ///< fixed step above the limits: warn instead of refusing
-  double initial_step = 0.0;       ///< s; 0: a tenth of the limit at the start
-  double largest_step = 0.0;       ///< s; 0: no bound of the user's
-  double smallest_step = 0.0;      ///< s; below it the run fails. 0: 1e-6 of the first limit
-  double cfl = 0.5;                ///< beta of report eq. (2): dt <= beta dx / v_max
-  double elastic_cfl = 0.4;        ///< alpha of report eq. (2): dt <= alpha dx / c_max
-  double viscous_cfl = 0.5;        ///< dt <= viscous_cfl dx^2 / (6 nu_max)
-  double deformation_limit = 0.1;  ///< theta: largest ||dt L_p||_F of a step
-  double growth = 1.5;             ///< factor of a trial
-  int trial_interval = 10;         ///< steps between trials
+  double fixed_step = 0.0;              ///< s, mode fixed
+  bool allow_unstable = false;          ///< fixed step above the limits: warn instead of refusing
+  double initial_step = 0.0;            ///< s; 0: a tenth of the limit at the start
+  double largest_step = 0.0;            ///< s; 0: no bound of the user's
+  double smallest_step = 0.0;           ///< s; below it the run fails. 0: 1e-6 of the first limit
+  double cfl = 0.5;                     ///< beta of report eq. (2): dt <= beta dx / v_max
+  double elastic_cfl = 0.4;             ///< alpha of report eq. (2): dt <= alpha dx / c_max
+  double viscous_cfl = 0.5;             ///< dt <= viscous_cfl dx^2 / (6 nu_max)
+  double deformation_limit = 0.1;       ///< theta: largest ||dt L_p||_F of a step
+  double growth = 1.5;                  ///< factor of a trial
+  int trial_interval = 10;              ///< steps between trials
+  double smallest_volume_ratio = 1e-4;  ///< J below which the run fails
+  double largest_volume_ratio = 1e6;    ///< J above which the run fails
   DeformationCheck deformation_check = DeformationCheck::risky;
 };
 
@@ -73,7 +76,8 @@ TimeStepLimit time_step_limit(const TimeStepSettings& settings, double cell_size
 std::string fixed_step_fault(const TimeStepSettings& settings, double cell_size, const StepBounds& bounds);
 
 /// The step to try next, with `remaining` seconds to the next output time. Starts `state` at the first call.
-/// Throws RunError when a fixed step is above the limits and that is not allowed. Not collective (alike on every rank).
+/// Throws NoStep when a fixed step is above the limits and that is not allowed, when the limit is below the smallest step, and
+/// when there is none. Not collective (alike on every rank).
 TimeStepPlan plan_step(const TimeStepSettings& settings, double cell_size, const StepBounds& bounds, double remaining,
                        TimeStepState& state);
 
@@ -82,8 +86,8 @@ TimeStepPlan plan_step(const TimeStepSettings& settings, double cell_size, const
 bool is_acceptable(const TimeStepSettings& settings, double cell_size, const TimeStepPlan& plan, const StepBounds& motion);
 
 /// After a bad step: a trial falls back to the last stable step and doubles the wait; any other halves the stable step.
-/// Throws RunError below the smallest step. Not collective.
-void reject_step(const TimeStepSettings& settings, const TimeStepPlan& plan, TimeStepState& state);
+/// `motion`: what the plan was judged by. Throws NoStep below the smallest step. Not collective.
+void reject_step(const TimeStepSettings& settings, const TimeStepPlan& plan, const StepBounds& motion, TimeStepState& state);
 
 /// After a step was taken; `bounds` are those it ended with. Not collective.
 void accept_step(const TimeStepSettings& settings, const TimeStepPlan& plan, const StepBounds& bounds, TimeStepState& state);

@@ -54,10 +54,16 @@ inline const config::Keys<TimeStepSettings>& keys(config::Of<TimeStepSettings>) 
           .key("growth", &S::growth,
                {.about = "Factor by which a trial enlarges the time step.", .range = config::above_to(1.0, 2.0)})
           .key("trial_interval", &S::trial_interval,
-               {.about = "Steps between trials.", .unit = "steps", .range = config::at_least(1.0)})
+               {.about = "Steps between trials.", .unit = "steps", .range = config::between(1.0, 1e6)})
           .key("deformation_check", &S::deformation_check,
                {.about = "Whether every step is checked for its deformation, or only trials and steps that come close to "
                          "the limit."})
+          .key("smallest_volume_ratio", &S::smallest_volume_ratio,
+               {.about = "The run fails when a particle is crushed to less than this part of its volume.",
+                .range = config::above_to(0.0, 1.0)})
+          .key("largest_volume_ratio", &S::largest_volume_ratio,
+               {.about = "The run fails when a particle grows to more than this multiple of its volume.",
+                .range = config::at_least(1.0)})
           .check([](const config::Value& value, S& s, config::Faults& faults) {
             if (s.largest_step == 0.0) return;
             if (s.smallest_step > s.largest_step)

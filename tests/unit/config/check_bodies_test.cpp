@@ -95,5 +95,25 @@ TEST(CheckBodies, KnowsScenesWithoutAFile) {
   EXPECT_EQ(geometry_faults(scene), "body 'ball' contains a plane or complement, which is for colliders only");
 }
 
+TEST(CheckBodies, RefusesAtOnceWhatReachesBeyondAllCounting) {
+  for (const std::string size : {"1e4", "1e9", "1e30", "1e99"}) {
+    const std::string box = "{ type = \"box\", lower = [0, 0, 0], upper = [" + size + ", " + size + ", " + size +
+                            "], rotation = { angle = 30 } }";
+    EXPECT_EQ(geometry_faults(with_shape(box)).substr(0, 36), "s.toml:9:1: body 'ball' reaches from") << size;
+  }
+}
+
+TEST(CheckBodies, CountsOnlyNearTheBody) {
+  // 4e8 tiles
+  const std::string large = with(small_scene, "upper = [1, 1, 0.5]", "upper = [2000, 2000, 800]");
+  EXPECT_EQ(
+      geometry_faults(large, {"domain.cell_size=0.5", "bodies.0.shape.radius=10", "bodies.0.shape.center=[1500,900,100]"}),
+      "");
+  const std::string full = with(small_scene, "upper = [1, 1, 0.5]", "upper = [200, 200, 200]");
+  EXPECT_EQ(geometry_faults(full, {"domain.cell_size=0.1", "bodies.0.shape.radius=100",
+                                   "bodies.0.shape.center=[100,100,100]", "bodies.0.particles_per_cell=64"}),
+            "s.toml:9:1: body 'ball' would be filled with some 3e+11 particles");
+}
+
 }  // namespace
 }  // namespace bulkley::scene_test

@@ -188,7 +188,8 @@ std::string lines_of(const LawText& text, bool all) {
 class SceneLaws : public testing::TestWithParam<LawText> {};
 INSTANTIATE_TEST_SUITE_P(Law, SceneLaws, testing::ValuesIn(law_texts), [](const auto& test) { return test.param.law; });
 
-TEST(SceneMaterials, EveryLawIsTestedHere) { EXPECT_EQ(std::size(law_texts), std::variant_size_v<Material>); }
+// All but AddedLaw, which has no keys of its own.
+TEST(SceneMaterials, EveryLawIsTestedHere) { EXPECT_EQ(std::size(law_texts), std::variant_size_v<Material> - 1); }
 
 TEST_P(SceneLaws, RoundTrip) {
   for (const bool all : {false, true}) {

@@ -126,5 +126,50 @@ TEST(PrintToml, WritesTablesAsSections) {
   EXPECT_EQ(print_toml(root), text);
 }
 
+TEST(ParseToml, TellsRepetitionsOfAnotherKind) {
+  EXPECT_TRUE(fault_of("a = 1\na.b = 2\n").starts_with("f.toml:2:1: a key is given twice"));
+}
+
+// What a text may ask of the parser is bounded before it is parsed.
+TEST(ParseToml, RefusesDepthAndSizeWithTheirPlace) {
+  EXPECT_EQ(fault_of("a = 1\nb = " + std::string(33, '[')), "f.toml:2:37: brackets are nested more than 32 deep here");
+  EXPECT_EQ(fault_of("a" + std::string(17, '.')), "f.toml:1:18: a key has more than 16 parts with dots between them");
+  EXPECT_EQ(fault_of("a = [" + std::string(500'000, ',')), "f.toml:1:500004: the text holds more than 500000 values");
+  EXPECT_EQ(fault_of("#" + std::string(largest_text, ' ')), "f.toml: the text is larger than 16 MiB");
+  std::string nested = "a = 1";
+  for (int n = 0; n < 30; ++n) nested = "a = { " + nested + " }";
+  EXPECT_EQ(fault_of(nested), "");
+}
+
+TEST(ParseToml, CountsNoBracketsAndDotsOfTextsAndComments) {
+  const std::string brackets(40, '['), dots(40, '.'), three_quotes = "\"\"\"";
+  const std::string text = "a = \"\\\"" + brackets + dots + "\"\nb = '" + dots + "'\nc = " + three_quotes + "x\n\\\"" +
+                           brackets + "\n" + three_quotes + "\nd = '''" + brackets + "\n" + dots + "'''  # " + brackets +
+                           "\n";
+  const Value root = parse_toml(text, "f.toml");
+  ASSERT_EQ(root.items.size(), 4u);
+  EXPECT_EQ(root.items[1].text, dots);
+}
+
+TEST(Faults, PrintOnOneLineOfBoundedLength) {
+  EXPECT_EQ(printable("a\nb\x1b[m\tc"), "a\\nb?[m?c");
+  EXPECT_LT(printable(std::string(1'000'000, 'x')).size(), 3000u);
+  std::string euros;
+  for (int n = 0; n < 2000; ++n) euros += "\xe2\x82\xac";
+  EXPECT_TRUE(is_utf8(printable(euros))) << "cut between characters";
+  for (const char* wrong : {"\xff", "\xc0\x80", "\xed\xa0\x80", "\xf4\x90\x80\x80", "\xe2\x82", "\x80", "a\xc3"})
+    EXPECT_FALSE(is_utf8(wrong));
+  Faults faults;
+  for (int n = 0; n < 1000; ++n) faults.add({"f", n + 1, 1}, "wrong");
+  EXPECT_EQ(faults.size(), 1000u);
+  std::string text;
+  try {
+    faults.throw_if_any();
+  } catch (const UsageError& error) {
+    text = error.what();
+  }
+  EXPECT_TRUE(text.ends_with("f:100:1: wrong\n... and 900 more faults")) << text;
+}
+
 }  // namespace
 }  // namespace bulkley::config

@@ -18,7 +18,7 @@ SerialScene walled_scene(const TransferSettings& transfer) {
   scene.faces[3] = {FaceKind::separating, 0.0};
   scene.faces[4] = {FaceKind::sticky, 0.0, Vec3(0.5, -0.3, 0.0)};
   scene.faces[5].kind = FaceKind::outflow;
-  scene.colliders = {{"ball", {Sphere{{0.2, 0.5, 0.5}, 0.2}}, Contact::separating, 0.4}};
+  scene.colliders = {{"ball", {Sphere{{0.2, 0.5, 0.5}, 0.2}}, Contact::separating, 0.4, {}, {}}};
   return scene;
 }
 

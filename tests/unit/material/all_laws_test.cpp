@@ -165,9 +165,10 @@ TEST_P(AllLaws, IsObjective) {
         EXPECT_NEAR(state.volume_ratio, expected.volume_ratio, 1e-12);
         EXPECT_LT(largest_difference(turned.kirchhoff_stress, expected_tau), 1e-12 * bulk_stiffness(law));
         EXPECT_NEAR(turned.dissipation, update.dissipation, 1e-12 * bulk_stiffness(law));
-        if constexpr (n_internal < std::decay_t < decltype(law) >>> 0)
+        if constexpr (n_internal < std::decay_t < decltype(law) >>> 0) {
           for (int k = 0; k < n_internal<std::decay_t<decltype(law)>>; ++k)
             EXPECT_NEAR(state.internal[k], expected.internal[k], 1e-12 * std::max(1.0, std::fabs(expected.internal[k])));
+        }
       };
       expect_rotated(rotated(law, start, tensor(Q)), Q * matrix(L) * Q.transpose());
       if (law.viscosity() == 0.0) {
@@ -315,7 +316,9 @@ TEST_P(RateIndependent, TheReturnIsIdempotent) {
       EXPECT_EQ(state.volume_ratio, before.volume_ratio);
       EXPECT_LT(second.plastic_shear_rate * 1e-3, 1e-13);
       EXPECT_LT(second.dissipation, 1e-13 * bulk_stiffness(law));
-      if constexpr (n_internal < Law >> 0) EXPECT_NEAR(state.internal[0], before.internal[0], 1e-14);
+      if constexpr (n_internal < Law >> 0) {
+        EXPECT_NEAR(state.internal[0], before.internal[0], 1e-14);
+      }
     }
     EXPECT_GT(n_flowing, 300);
   });

@@ -175,9 +175,13 @@ State<double, n> rotated(const Law&, State<double, n> state, const Tensor<double
   return state;
 }
 
+/// c^2 rho at rest, which is kappa for a fluid, is near it for every law; Pa.
 template <class Law>
 double bulk_stiffness(const Law& law) {
-  return law.parameters.bulk_modulus;
+  if constexpr (requires { law.parameters.bulk_modulus; })
+    return law.parameters.bulk_modulus;
+  else
+    return law.wave_speed_squared(state_at_rest(law)) * law.density();
 }
 
 /// Whether everything that the kernel checks is finite.

@@ -56,8 +56,9 @@ bool is_zero(const ParticleSet& set, LocalIndex p) {
   return true;
 }
 
-constexpr OptionalFields all_fields{Field::velocity_gradient, Field::structure, Field::hardening,
-                                    Field::plastic_volume_ratio, Field::viscous_left_cauchy_green};
+constexpr OptionalFields all_fields{
+    Field::velocity_gradient,         Field::structure,          Field::hardening, Field::plastic_volume_ratio,
+    Field::viscous_left_cauchy_green, Field::added_law_variables};
 
 ParticleSet filled(LocalIndex count) {
   ParticleSet set(all_fields);

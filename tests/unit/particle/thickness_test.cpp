@@ -30,5 +30,14 @@ TEST(Thickness, EndlessObstaclesAreThickAndEdgesDoNotCount) {
   EXPECT_EQ(thickness({Sphere{{5.0, 0.0, 0.0}, 0.5}}, room, 0.2), 0.2) << "outside the window";
 }
 
+TEST(Thickness, OfWhatIsVeryFlatOrSlender) {
+  EXPECT_NEAR(thickness({Box{{-0.5, -0.4, 0.0}, {0.5, 0.4, 1e-12}}}, room, 1.0), 0.0, 0.011);
+  EXPECT_NEAR(thickness({Box{{-0.5, 0.0, 0.0}, {0.5, 1e-9, 1e-30}}}, room, 1.0), 0.0, 0.011);
+  EXPECT_NEAR(thickness({Box{{-0.5, 0.0, 0.0}, {0.5, 1e-3, 1e-3}}}, room, 0.1), 1e-3, 1e-3);
+  const double far = 1e90;
+  const Bounds endless{Vec3::Constant(-far), Vec3::Constant(far)};
+  EXPECT_LE(thickness({Box{{0.0, 0.0, 0.0}, {far, far, 1e-3}}}, endless, 1.0), 1.0);
+}
+
 }  // namespace
 }  // namespace bulkley

@@ -95,6 +95,7 @@ void write_run(const Comm& comm, const std::string& folder) {
   const std::vector<NamedMaterial> materials{{"cream", HerschelBulkley{}}, {"pie", NeoHookean{}}};
   OutputSettings settings;
   settings.fields = frame_field_names();
+  std::erase(settings.fields, "added_law_variables");
   std::erase(settings.fields, "hardening");
   std::erase(settings.fields, "plastic_volume_ratio");
   std::vector<Node> nodes;

@@ -42,7 +42,8 @@ def main():
     ratio = whole / one["naive_neo_hookean_ns_per_particle_step"]
     expect(one, 0.1 < one["ratio_to_naive"] / ratio < 10.0, "the ratio is not that of the times")
     memory = one["bytes_per_particle"] / one["forecast_bytes_per_particle"]
-    expect(one, 1.0 / 1.2 < memory < 1.2, "the memory is not the foretold one within 20 %")
+    if "-fsanitize" not in program.run(["--version"], 1, work, 60).text:  # sanitizers keep memory of their own
+        expect(one, 1.0 / 1.2 < memory < 1.2, "the memory is not the foretold one within 20 %")
     expect(one, one["exchange_bytes_per_step"] == 0, "one rank sends nodes to another")
 
     solid = bench(1, "--material", "neo_hookean", "--no-naive", "--scheme", "blend", "--order", "cubic")

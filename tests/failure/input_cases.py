@@ -1,0 +1,144 @@
+"""The failure cases of scene files and overrides that are no scenes at all, or of absurd size.
+
+That every key refuses every wrong value is tested in one process, by
+tests/unit/config/every_key_test.cpp; here are the files, and a sample of the values."""
+
+import random
+
+from cases import RUN, USAGE, Case
+
+CHECK = ["check", "{scene}"]
+FINISHED = 0
+
+
+def content(make):
+    """A preparation that writes the bytes `make(text)` as the scene file; `text` is what the case had made of base.toml."""
+    def prepare(folder, program, scene):
+        text = (folder / scene).read_bytes()
+        (folder / scene).write_bytes(make(text))
+    return prepare
+
+
+def hundred_megabytes(folder, program, scene):
+    with open(folder / scene, "ab") as file:
+        file.write(b"\n")
+        for _ in range(100):
+            file.write((b"# " + b"x" * 1021 + b"\n") * 1024)
+
+
+def scene_is_a_folder(folder, program, scene):
+    (folder / scene).unlink()
+    (folder / scene).mkdir()
+
+
+def nested_tables(text):
+    return text + b"\n[" + b".".join([b"a"] * 10000) + b"]\n"
+
+
+def many_values(text):
+    return text + b"\nmany = [" + b"1," * 2_000_000 + b"]\n"
+
+
+def long_keys(text):
+    return text + b"\n[" + b".".join([b"k" * 10000] * 15) + b"]\n" + b"".join(b"key%d = 1\n" % n for n in range(20000))
+
+
+def value(name, old, new, sentence, **more):
+    return Case("value_" + name, USAGE, sentence, replace={old: new}, arguments=CHECK, ranks=(1,), **more)
+
+
+def override(name, assignment, sentence, ranks=(1,)):
+    return Case("override_" + name, USAGE, sentence, arguments=[*CHECK, "--set", assignment], ranks=ranks)
+
+
+def file_case(name, make, sentence, code=USAGE, **more):
+    return Case("file_" + name, code, sentence, prepare=content(make), arguments=CHECK, ranks=(1,), **more)
+
+
+CELL = "cell_size = 0.01"
+BALL = "{ type = \"sphere\", center = [0.08, 0.08, 0.05], radius = 0.03 }"
+FIELD = "particles_per_cell = 8"
+PLACE = r"(?m)^scene\.toml:\d+:\d+: "
+
+
+def formula(text):
+    return f'particles_per_cell = 8\nvelocity_field = ["0", "{text}", "0"]'
+
+
+INPUT_CASES = [
+    # Files
+    file_case("of_brackets", lambda text: text + b"\na = " + b"[" * 100_000,
+              PLACE + "brackets are nested more than 32 deep"),
+    file_case("of_inline_tables", lambda text: text + b"\na = " + b"{ a = " * 10_000,
+              PLACE + "brackets are nested more than 32"),
+    file_case("of_nested_tables", nested_tables, PLACE + "a key has more than 16 parts"),
+    file_case("of_many_values", many_values, PLACE + "the text holds more than 500000 values"),
+    file_case("of_long_keys", long_keys, r"unknown table 'kkkk.* \.\.\. "),
+    file_case("of_noise", lambda text: random.Random(1).randbytes(5000), r"(?m)^scene\.toml:\d+:\d+: "),
+    file_case("of_zeros", lambda text: bytes(5000), PLACE + "this is not valid TOML"),
+    file_case("with_a_zero", lambda text: text.replace(b"ball", b"ba\0ll", 1), PLACE + "this is not valid TOML"),
+    file_case("not_utf8", lambda text: text.replace(b'"ball"', b'"b\xff\xfell"', 1),
+              PLACE + "this is not valid TOML: .*utf-8"),
+    file_case("utf16", lambda text: text.decode().encode("utf-16"), PLACE),
+    file_case("with_a_number_as_table", lambda text: text + b"\n[time.end]\nx = 1\n",
+              PLACE + "key 'time.end' is given twice"),
+    file_case("with_a_dotted_number", lambda text: b"a = 1\na.b = 2\n" + text, r"(?m)^scene\.toml:2:1: a key is given twice"),
+    file_case("empty", lambda text: b"", PLACE + r"required table \[domain\] is missing"),
+    file_case("with_byte_order_mark", lambda text: b"\xef\xbb\xbf" + text, "(?m)^memory ", FINISHED),
+    file_case("with_crlf", lambda text: text.replace(b"\n", b"\r\n"), "(?m)^memory ", FINISHED),
+    Case("file_of_100_megabytes", USAGE, r"(?m)^scene\.toml: is larger than 16 MiB", prepare=hundred_megabytes, ranks=(1,
+         3)),
+    Case("file_is_a_folder", USAGE, r"(?m)^scene\.toml: is a folder", prepare=scene_is_a_folder),
+    Case("file_without_end", USAGE, r"(?m)^/dev/zero: is larger than 16 MiB", arguments=["check", "/dev/zero"], ranks=(1,
+         3)),
+    Case("file_that_fails", USAGE, r"(?m)^/proc/self/mem: cannot be (read|opened)", arguments=["check", "/proc/self/mem"],
+         ranks=(1, 3)),
+
+    # Overrides
+    override("empty", "", r"(?m)^--set : an override has the form"),
+    override("without_value", "time.end", r"(?m)^--set time\.end: an override has the form"),
+    override("of_nothing", "=3", r"(?m)^--set =3: an override has the form"),
+    override("with_bad_path", "time..end=3", "an override has the form"),
+    override("nested", "a=" + "[" * 1000, "nested too deeply"),
+    override("of_10000_tables", ".".join(["a"] * 10000) + "=1", r"nested too deeply"),
+    override("of_an_entry_beyond", "bodies.7.velocity=[0,0,0]", r"'bodies' has no entry '7'; it has 1 entry \('ball'\)",
+             ranks=(1, 3)),
+    override("within_a_number", "time.end.x=3", r"'time\.end' is the number 0\.01, it has no entry 'x'"),
+    override("of_a_list", "bodies=3", r"'bodies' must be a list of tables, not the integer 3"),
+    override("line_break", "time.end=a\nb = 1\x1b[31m",
+             r"(?m)^--set time\.end=a\\nb = 1\?\[31m: 'time\.end' must be a number"),
+
+    # Values, a sample
+    value("with_unit", CELL, "cell_size = 1 cm", PLACE + "this is not valid TOML"),
+    value("date", CELL, "cell_size = 1979-05-27", PLACE + "'domain.cell_size' must be a number, not a date or time"),
+    value("beyond_64_bits", "end = 0.01", "end = 99999999999999999999", PLACE + "this is not valid TOML"),
+    value("huge", "end = 0.01", "end = 1e308", PLACE + r"'time\.end' is 1e\+308; it must be no larger than 1e\+100"),
+    value("cells_beyond_count", CELL, "cell_size = 1e-9",
+          PLACE + r"'domain\.cell_size' = 1e-09 gives 1\.6e\+08 cells along x; .*at most"),
+    value("cells_huge", CELL, "cell_size = 1000000000000000000",
+          PLACE + r"'domain\.cell_size' is .*; it must be .* at most 1000000000000"),
+    value("far_domain", "upper = [0.16, 0.16, 0.16]", "upper = [1e99, 0.16, 0.16]", PLACE + r"'domain' reaches from 0 to 1e\+99 along x; it must lie within"),
+    value("body_huge", "radius = 0.03", "radius = 1e90", r"body 'ball' reaches from .* outside the domain"),
+    value("body_huge_and_turned", BALL,
+          '{ type = "box", lower = [0, 0, 0], upper = [1e20, 1e20, 1e20], rotation = { angle = 30 } }',
+          r"body 'ball' reaches from .* outside the domain"),
+    value("body_of_too_many_particles", CELL, "cell_size = 1e-6", "would be filled with some .* particles|2\\^31 tiles"),
+    value("endless_frames", "at_end = true", "at_end = true\n[output]\nframe_interval = 1e-99",
+          PLACE + r"'output\.frame_interval' is 1e-99; it must be at least 1e-08, or there are more than 1e\+06 frames"),
+    value("endless_steps", "end = 0.01", 'end = 0.01\nmode = "fixed"\nstep = 1e-99',
+          PLACE + r"'time\.step' is 1e-99; .* steps"),
+    value("flat_collider", "at_end = true", 'at_end = true\n[[colliders]]\nname = "sheet"\nshape = { type = "box", '
+          "lower = [0, 0, 0], upper = [0.1, 0.1, 1e-30] }", r"collider 'sheet' is .* thick"),
+    value("needle_collider", "at_end = true", 'at_end = true\n[[colliders]]\nname = "needle"\nshape = { type = "box", '
+          "lower = [0, 0, 0], upper = [1e50, 1e-30, 1e-30] }", r"collider 'needle' is .* thick"),
+
+    # Formulas
+    value("formula_open", FIELD, formula("sin(" * 500), PLACE + r"'bodies\.0\.velocity_field\.1' is no formula"),
+    value("formula_of_words", FIELD, formula("drop table"), PLACE + r"'bodies\.0\.velocity_field\.1' is no formula"),
+    value("formula_of_100000_letters", FIELD, formula("x" * 100_000 + " = 1"),
+          PLACE + "'bodies.0.velocity_field.1' is no formula.* 100004 characters"),
+    value("formula_empty", FIELD, formula(""), PLACE + r"'bodies\.0\.velocity_field\.1' is no formula"),
+    Case("run_with_huge_value", USAGE, PLACE + r"'time\.end' is 1e\+308", replace={"end = 0.01": "end = 1e308"},
+         arguments=RUN,
+         ranks=(4,)),
+]

@@ -1,0 +1,50 @@
+"""Reads files of every format version that there has been, and goes on from them: version_N holds the scene, a checkpoint and a
+frame that a program of that version wrote, and `end.h5`, where that program ended."""
+
+import pathlib
+import re
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "support"))
+from bulkley_program import fail, parse_arguments, start  # noqa: E402
+
+HERE = pathlib.Path(__file__).resolve().parent
+TOLERANCE = "1e-9"  # the files were written on another processor, whose vector units round otherwise
+LIMIT = 60.0  # s
+
+
+def newest_version(source):
+    header = (source / "include/bulkley/io/checkpoint.hpp").read_text()
+    return int(re.search(r"checkpoint_version = (\d+);", header).group(1))
+
+
+def check_version(program, folder, work):
+    name = folder.name
+    checkpoint, frame = next(folder.glob("checkpoint_*.h5")), next(folder.glob("frame_*.h5"))
+    for file in (checkpoint, frame):
+        info = program.run(["info", str(file)], 1, work, LIMIT)
+        if info.code != 0:
+            fail(f"{name}: {file.name} cannot be read", info)
+    run = program.run(["run", str(folder / "scene.toml"), "--out", name, "--restart", str(checkpoint)], 3, work, LIMIT)
+    if run.code != 0:
+        fail(f"{name}: cannot be continued", run)
+    outcome = program.run(["compare", name, str(folder / "end.h5"), "--tolerance", TOLERANCE], 1, work, LIMIT)
+    if outcome.code != 0:
+        fail(f"{name}: ends elsewhere than the program that wrote it", outcome)
+    exact = program.run(["compare", name, str(folder / "end.h5")], 1, work, LIMIT)
+    print(f"{name}: read, continued on 3 ranks, same end {'bit for bit' if exact.code == 0 else 'within ' + TOLERANCE}")
+
+
+def main():
+    arguments = parse_arguments(__doc__, lambda parser: parser.add_argument("--source", required=True))
+    program, work = start(arguments)
+    newest = newest_version(pathlib.Path(arguments.source))
+    for version in range(1, newest + 1):
+        folder = HERE / f"version_{version}"
+        if not folder.is_dir():
+            sys.exit(f"FAILED: {folder.name} is missing: the format has version {newest}; keep files of every version")
+        check_version(program, folder, work)
+
+
+if __name__ == "__main__":
+    main()
