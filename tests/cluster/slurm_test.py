@@ -42,7 +42,7 @@ class Jobs:
     def __init__(self, program, work, slurm):
         self.program, self.work, self.slurm = program, work, slurm
         text = (TESTS / "failure" / "base.toml").read_text(encoding="utf-8")
-        # No machine comes to this end within Slurm's shortest limit: a part ends by its steps, its wall time or a signal.
+        # No machine comes to this end within the jobs' time limits: a part ends by its steps, its wall time or a signal.
         text = text.replace("cell_size = 0.01", "cell_size = 0.005").replace("end = 0.01", "end = 1000.0")
         (work / "scene.toml").write_text(text + "[output]\nhistory_interval = 50\n", encoding="utf-8")
         (work / "study.txt").write_text("# two yield stresses\nmaterials.fluid.sigma_Y=31.9\n\n"
@@ -109,11 +109,12 @@ class Jobs:
         self.write_after()
         depends = "--dependency=afterok:" + ":".join([*chains, study])
         self.slurm.submit(self.work, depends, "--kill-on-invalid-dep=yes", "after.sh", *RUNS)
-        # Slurm's shortest limit is a minute, and it sends signals up to half a minute early.
+        # Slurm looks at signals every half minute and sends them up to half a minute early: these come 15 to 45 s after the
+        # job's start, when every rank is under way however busy the machine is.
         self.signalled = {}
-        for template, signal in (("srun", "USR1@50"), ("mpirun", "B:USR1@50")):
+        for template, signal in (("srun", "USR1@75"), ("mpirun", "B:USR1@75")):
             name = f"signal_{template}"
-            self.signalled[name] = self.submit(f"{template}:{name}", folder=f"out/{name}", signal=signal, time="1",
+            self.signalled[name] = self.submit(f"{template}:{name}", folder=f"out/{name}", signal=signal, time="2",
                                                reserve="1")
         self.cancelled = self.submit("srun:cancelled", folder="out/cancelled")
 

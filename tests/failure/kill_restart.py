@@ -8,6 +8,7 @@ the data of every frame. Nothing unfinished may be left over.
 """
 
 import csv
+import json
 import os
 import pathlib
 import random
@@ -89,6 +90,12 @@ def unfinished(folder, suffix):
     return found
 
 
+def has_finished(folder):
+    """Whether the run in `folder` had said so before a kill reached it."""
+    status = folder / "status.json"
+    return status.exists() and json.loads(status.read_text(encoding="utf-8"))["state"] == "finished"
+
+
 def kill(pid):
     try:
         os.kill(pid, signal.SIGKILL)
@@ -141,7 +148,7 @@ class Attempts:
         has_checkpoint = any(re.fullmatch(r"checkpoint_\d+\.h5", name) for name in names_in(folder))
         return "between writes" if has_checkpoint else "before the first checkpoint"
 
-    def strike(self, process):
+    def strike(self, process, folder):
         ranks = children(process.pid)  # none yet, or one rank without mpirun
         whole = [process.pid, *ranks]
         shared_memory = shared_memory_of(whole)
@@ -165,7 +172,7 @@ class Attempts:
         for name in shared_memory:
             pathlib.Path(name).unlink(missing_ok=True)
         self.slowest_end = max(self.slowest_end, seconds)
-        if process.returncode == 0:
+        if process.returncode == 0 and not has_finished(folder):
             fail(f"exit code 0 after SIGKILL to {kind}")
         return kind
 
@@ -179,7 +186,7 @@ class Attempts:
             process, log = self.launch(out, ranks, *more)
             about = f"on {ranks} ranks"
             if struck < allowed and self.wait_for_moment(process, folder):
-                kind = self.strike(process)
+                kind = self.strike(process, folder)
                 struck += 1
                 self.kills += 1
                 where = self.place(folder, earlier)

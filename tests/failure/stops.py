@@ -20,6 +20,7 @@ BASE = pathlib.Path(__file__).resolve().with_name("base.toml")
 STEPS = 900
 STOPPED = 4
 LIMIT = 60.0  # s
+LONGEST_START = 10.0  # s, until main
 OFTEN = ["--set", "checkpoint.steps=1"]  # so that the run is slow, and whatever comes, comes during a checkpoint, or nearly
 
 
@@ -143,8 +144,10 @@ class Stops:
 
     def signal_during_set_up(self):
         """To one rank as soon as it is there: before main it dies and nothing has been written, after that it stops."""
-        n_stopped = 0
-        for delay in (0.0, 0.1, 0.2, 0.4, 0.6):
+        n_stopped = n_runs = 0
+        delays = [0.0, 0.1, 0.2, 0.4, 0.6]
+        for delay in delays:
+            n_runs += 1
             run = self.run(f"signal_during_set_up_{delay:g}", 2, *OFTEN)
             run.wait_for("the ranks", lambda: len(run.ranks()) == 2)
             time.sleep(delay)
@@ -161,9 +164,11 @@ class Stops:
             elif code == 0 or (run.folder / "status.json").exists():
                 print(text)
                 fail(f"{run.name}: exit code {code}")
+            if delay == delays[-1] and n_stopped == 0 and delay < LONGEST_START:
+                delays.append(2.0 * delay)  # a slow machine
         if n_stopped == 0:
             fail("no signal during set-up led to a stop in order")
-        print(f"signal_during_set_up: {n_stopped} of 5 stopped in order, the others had not begun")
+        print(f"signal_during_set_up: {n_stopped} of {n_runs} stopped in order, the others had not begun")
 
     def terminated_mpirun(self):
         """mpirun kills its ranks soon after TERM: what stands then is the newest whole checkpoint."""
@@ -185,16 +190,19 @@ class Stops:
             fail("stop_file: the file STOP is still there")
 
     def wall_time(self, seconds):
-        before = time.monotonic()
-        run = self.run("wall_time", 2, "--max-walltime", f"{seconds:g}s", *OFTEN)
-        code, text = run.end()
-        took = time.monotonic() - before
-        if code != STOPPED or f"before its wall time of {seconds:g} s is over" not in text:
-            print(text)
-            fail(f"wall_time: exit code {code}")
-        # mpirun and MPI_Init come before the program's clock starts.
-        if took > seconds + 3.0:
-            fail(f"wall_time: ended after {took:.1f} s, asked for {seconds:g} s")
+        for _ in range(3):  # no run can foresee that the disk stalls; that it does three times has another cause
+            before = time.monotonic()
+            run = self.run("wall_time", 2, "--overwrite", "--max-walltime", f"{seconds:g}s", *OFTEN)
+            code, text = run.end()
+            took = time.monotonic() - before
+            if code != STOPPED or f"before its wall time of {seconds:g} s is over" not in text:
+                print(text)
+                fail(f"wall_time: exit code {code}")
+            if took <= seconds + 3.0:  # mpirun and MPI_Init come before the program's clock starts
+                break
+            print(f"wall_time: ended after {took:.1f} s, asked for {seconds:g} s")
+        else:
+            fail("wall_time: three runs ended too late")
         self.go_on(run, "bulkley run scene.toml --out wall_time --restart", 3)
         print(f"wall_time: ended after {took:.1f} s of {seconds:g} s, continued on 3 ranks: identical")
 

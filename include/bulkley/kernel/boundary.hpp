@@ -36,9 +36,9 @@ struct Collider {
   std::string name;
   Shape shape;
   Contact contact = Contact::sticky;
-  double friction = 0.0;       ///< Coulomb coefficient, separating only
-  RigidMotion motion;          ///< prescribed; none by default
-  std::optional<Vec3> center;  ///< m, of the motion, where the scene gives one; see settle_center
+  double friction = 0.0;         ///< Coulomb coefficient, separating only
+  RigidMotion motion{};          ///< prescribed; none by default
+  std::optional<Vec3> center{};  ///< m, of the motion, where the scene gives one; see settle_center
 };
 
 /// Makes `collider.center` the centre of its motion, or else the centre of its shape's bounds where those are finite. To be
