@@ -18,9 +18,7 @@ Command add_presets(CLI::App& app) {
       return ExitCode::finished;
     }
     for (const Preset& preset : presets())
-      fmt::print("{:<20}{:<18}{:<11}{}\n", preset.name,
-                 law_name(preset.material), name(preset.confidence),
-                 preset.source);
+      fmt::print("{:<20}{:<18}{:<11}{}\n", preset.name, law_name(preset.material), name(preset.confidence), preset.source);
     return ExitCode::finished;
   };
 }

@@ -185,8 +185,7 @@ void deliver(const RheometerOptions& o, const NamedMaterial& named, const Measur
     fmt::print("{}: {} rows{}\n", o.out, measurement.table.rows.size(), analytic_difference(measurement.table));
   }
   if (o.plot.empty()) return;
-  draw({o.mode, fmt::format("{} ({})", named.name, law_name(named.material)),
-        csv, o.plot});
+  draw({o.mode, fmt::format("{} ({})", named.name, law_name(named.material)), csv, o.plot});
   if (!o.out.empty()) fmt::print("{}\n", o.plot);
 }
 

@@ -32,7 +32,7 @@ struct Scene {
   PartitionSettings partition;
   std::vector<std::string> body_places;      ///< "file:line:column" of each body, for messages; may be empty
   std::vector<std::string> collider_places;  ///< of each collider
-  std::string effective_text;            ///< the effective input as TOML; parsing it gives this scene again
+  std::string effective_text;                ///< the effective input as TOML; parsing it gives this scene again
 };
 
 /// Parses and checks a scene. `overrides`: "key.path=value" strings; entries of a list go by index or name

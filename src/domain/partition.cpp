@@ -149,7 +149,9 @@ Partition make_partition(const GridGeometry& grid, const PartitionSettings& sett
   if (settings.method != PartitionMethod::automatic) return by(settings.method);
 
   // Boxes have the fewest neighbours, METIS shares fewer nodes than the curve, the curve is evenest.
-  const auto time_of = [&](const Partition& partition) { return predicted_step(predict_traffic(grid, partition, load), cost); };
+  const auto time_of = [&](const Partition& partition) {
+    return predicted_step(predict_traffic(grid, partition, load), cost);
+  };
   Partition best{n_ranks, idle, boxes};
   PartitionNotes best_note{PartitionMethod::ranges, false, {}};
   double fastest = std::numeric_limits<double>::infinity();

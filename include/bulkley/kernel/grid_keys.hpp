@@ -1,8 +1,8 @@
 #pragma once
 // Keys of [domain] of a scene.
 
-#include "bulkley/config/keys.hpp"
 #include "bulkley/base/tile.hpp"
+#include "bulkley/config/keys.hpp"
 
 namespace bulkley {
 
