@@ -95,9 +95,8 @@ JsonObject bench_io(const Comm& comm, const IoBench& what) {
     std::filesystem::create_directories(what.folder, error);
     if (error) throw RunError(fmt::format("bench --io: '{}': {}", what.folder, error.message()));
   });
-  const GlobalIndex n = what.n_particles;
-  const GlobalIndex first = n * comm.rank() / comm.size(), last = n * (comm.rank() + 1) / comm.size();
-  const ParticleSet particles = made_up_particles(first, static_cast<LocalIndex>(last - first));
+  const EvenShare share = even_share(comm, what.n_particles);
+  const ParticleSet particles = made_up_particles(share.first, static_cast<LocalIndex>(share.count()));
   const std::vector<NamedMaterial> materials{{"made_up", NeoHookean{}}};
   const std::vector<std::string> names{materials[0].name};
   const std::string plain = path_in(what.folder, "plain.bin"), file = checkpoint_path(what.folder, 1);
@@ -128,7 +127,7 @@ JsonObject bench_io(const Comm& comm, const IoBench& what) {
       return MPI_Wtime() - begin;
     }));
     ParticleSet back;
-    read.push_back(seconds_of(comm, [&] { read_checkpoint(comm, file, first, last - first, back); }));
+    read.push_back(seconds_of(comm, [&] { read_checkpoint(comm, file, share.first, share.count(), back); }));
     frame_write.push_back(seconds_of(comm, [&] {
       write_frame(comm, what.folder, {0, 0, 0.0, 0}, particles, materials, {}, nullptr, nullptr);
     }));
@@ -141,7 +140,7 @@ JsonObject bench_io(const Comm& comm, const IoBench& what) {
     });
   }
   JsonObject result;
-  result.add("particles", n)
+  result.add("particles", what.n_particles)
       .add("ranks", comm.size())
       .add("checkpoint_bytes", bytes)
       .add("checkpoint_write_MB_per_s", 1e-6 * bytes / median(write))

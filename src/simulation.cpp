@@ -154,9 +154,8 @@ ParticleSet Simulation::load(const std::string& file) {
     throw RunError(fmt::format("cannot read '{}': {}", file, error.what()));
   }
   ParticleSet particles(optional_fields(scene_));
-  const GlobalIndex n = header.n_particles;
-  const GlobalIndex first = n * comm_.rank() / comm_.size(), last = n * (comm_.rank() + 1) / comm_.size();
-  read_checkpoint(comm_, file, first, last - first, particles);
+  const EvenShare share = even_share(comm_, header.n_particles);
+  read_checkpoint(comm_, file, share.first, share.count(), particles);
   collective_guard(comm_, [&] { expect_inside(scene_.grid, particles, file); });
   return particles;
 }

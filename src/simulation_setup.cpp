@@ -29,12 +29,12 @@ namespace {
 
 // Of the tiles of the grid that this rank counts in.
 TileCensus count_share(const Comm& comm, const GridGeometry& grid, const std::vector<Body>& bodies) {
-  const GlobalIndex n_tiles = grid.n_tiles();
-  const auto first = static_cast<TileIndex>(n_tiles * comm.rank() / comm.size());
-  const auto last = static_cast<TileIndex>(n_tiles * (comm.rank() + 1) / comm.size());
-  TileCensus share;
-  collective_guard(comm, [&] { share = count_particles(grid, bodies, first, last); });
-  return share;
+  const EvenShare tiles = even_share(comm, grid.n_tiles());
+  TileCensus census;
+  collective_guard(comm, [&] {
+    census = count_particles(grid, bodies, static_cast<TileIndex>(tiles.first), static_cast<TileIndex>(tiles.end));
+  });
+  return census;
 }
 
 }  // namespace

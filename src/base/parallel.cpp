@@ -134,6 +134,10 @@ GlobalIndex exclusive_sum(const Comm& comm, GlobalIndex value) {
   return comm.is_root() ? 0 : sum;  // MPI leaves the first rank's result undefined
 }
 
+EvenShare even_share(const Comm& comm, GlobalIndex n) {
+  return {n * comm.rank() / comm.size(), n * (comm.rank() + 1) / comm.size()};
+}
+
 std::string broadcast_text(const Comm& comm, std::string text) { return broadcast_text_from(comm, 0, std::move(text)); }
 
 void collective_guard(const Comm& comm, const std::function<void()>& work) {

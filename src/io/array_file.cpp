@@ -281,10 +281,10 @@ void verify_arrays(const Comm& comm, const std::string& path, const std::vector<
     const Hdf5Reader file(path);
     for (const std::string& name : arrays) {
       const ArrayInfo array = file.array(name);
-      const GlobalIndex rows = array.shape.empty() ? 0 : array.shape[0];
-      const GlobalIndex first = rows * comm.rank() / comm.size(), last = rows * (comm.rank() + 1) / comm.size();
+      const EvenShare share = even_share(comm, array.shape.empty() ? 0 : array.shape[0]);
       stored.push_back(stored_crc(file, name));
-      pieces.push_back(read_rows(file, array, first, last - first, [](GlobalIndex, GlobalIndex, const std::byte*) {}));
+      pieces.push_back(
+          read_rows(file, array, share.first, share.count(), [](GlobalIndex, GlobalIndex, const std::byte*) {}));
     }
   });
   check_pieces(comm, path, arrays, stored, pieces);

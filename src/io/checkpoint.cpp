@@ -159,10 +159,6 @@ void read_fields(const Comm& comm, const std::string& file, const CheckpointHead
   check.throw_if_any(comm);
 }
 
-/// First particle of this rank's equal share of `n`, and of the next rank's.
-GlobalIndex share_begin(const Comm& comm, GlobalIndex n) { return n * comm.rank() / comm.size(); }
-GlobalIndex share_end(const Comm& comm, GlobalIndex n) { return n * (comm.rank() + 1) / comm.size(); }
-
 }  // namespace
 
 std::string checkpoint_path(const std::string& folder, GlobalIndex step) { return path_in(folder, file_name(step, ".h5")); }
@@ -207,9 +203,9 @@ CheckpointHeader read_header(const Comm& comm, const std::string& file) {
 
 CheckpointHeader verify_checkpoint(const Comm& comm, const std::string& file) {
   CheckpointHeader header = read_header(comm, file);
-  const GlobalIndex first = share_begin(comm, header.n_particles), last = share_end(comm, header.n_particles);
+  const EvenShare share = even_share(comm, header.n_particles);
   read_fields(
-      comm, file, header, first, last - first, [](const Hdf5Reader& reader) { return written_fields(reader); },
+      comm, file, header, share.first, share.count(), [](const Hdf5Reader& reader) { return written_fields(reader); },
       [](const FieldInfo&, GlobalIndex, GlobalIndex, const std::byte*) {});
   return header;
 }

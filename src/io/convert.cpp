@@ -21,8 +21,8 @@ Conversion convert_file(const Comm& comm, const std::string& input, const std::s
 
   std::unique_ptr<const SelectedRows> rows;
   collective_guard(comm, [&] {
-    const GlobalIndex n = moment.n_particles, first = n * comm.rank() / comm.size();
-    rows = std::make_unique<const SelectedRows>(*file, moment, selection, first, n * (comm.rank() + 1) / comm.size());
+    const EvenShare share = even_share(comm, moment.n_particles);
+    rows = std::make_unique<const SelectedRows>(*file, moment, selection, share.first, share.end);
   });
   const GlobalIndex first = exclusive_sum(comm, rows->count()), total = sum_global(comm, rows->count());
   const Share share{moment, *rows, first, total};

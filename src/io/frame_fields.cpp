@@ -222,8 +222,8 @@ Array tile_array(const char* name, ArrayType type, const GridGeometry& grid, Pla
 
 std::vector<Array> tile_arrays(const Comm& comm, const TileValues& tiles) {
   const GridGeometry& grid = tiles.geometry;
-  const GlobalIndex n_planes = grid.n_tiles(2), first = n_planes * comm.rank() / comm.size();
-  const Planes planes{first, n_planes * (comm.rank() + 1) / comm.size() - first};
+  const EvenShare share = even_share(comm, grid.n_tiles(2));
+  const Planes planes{share.first, share.count()};
   std::vector<Array> arrays{tile_array("rank", ArrayType::int32, grid, planes, tiles.rank),
                             tile_array("particles", ArrayType::int64, grid, planes, tiles.particles),
                             tile_array("load", ArrayType::float64, grid, planes, tiles.load)};

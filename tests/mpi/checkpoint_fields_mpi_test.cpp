@@ -45,13 +45,13 @@ TEST_F(CheckpointFields, InternalVariablesAreWrittenAndReadBackBitForBit) {
     write_checkpoint(comm, folder.path(), make_header(1), given, materials, 1);
     const std::string file = checkpoint_path(folder.path(), 1);
     ParticleSet read(fields);
-    const GlobalIndex first = 1000 * comm.rank() / comm.size(), last = 1000 * (comm.rank() + 1) / comm.size();
-    read_checkpoint(comm, file, first, last - first, read);
+    const EvenShare share = even_share(comm, 1000);
+    read_checkpoint(comm, file, share.first, share.count(), read);
     EXPECT_TRUE(read.optional_fields() == fields);
-    ASSERT_EQ(read.size(), last - first);
+    ASSERT_EQ(read.size(), share.count());
     ParticleSet expected(fields);
     expected.resize(read.size());
-    for (LocalIndex p = 0; p < read.size(); ++p) fill_particle(expected, p, first + p);
+    for (LocalIndex p = 0; p < read.size(); ++p) fill_particle(expected, p, share.first + p);
     EXPECT_TRUE(same_particles(read, expected));
     EXPECT_NE(describe_file(comm, file).find("/particles/hardening"), std::string::npos);
   }

@@ -41,10 +41,9 @@ class Checkpoint : public testing::Test {
   }
   // Even shares.
   ParticleSet read(const std::string& file) {
-    const GlobalIndex n = read_header(comm, file).n_particles;
-    const GlobalIndex first = n * comm.rank() / comm.size(), last = n * (comm.rank() + 1) / comm.size();
+    const EvenShare share = even_share(comm, read_header(comm, file).n_particles);
     ParticleSet particles;
-    read_checkpoint(comm, file, first, last - first, particles);
+    read_checkpoint(comm, file, share.first, share.count(), particles);
     return particles;
   }
   void on_root(const std::function<void()>& work) { root_guard(comm, work); }

@@ -70,6 +70,15 @@ TEST_F(Parallel, Reductions) {
   EXPECT_EQ(exclusive_sum(comm, large + rank), rank * large + rank * (rank - 1) / 2);
 }
 
+TEST_F(Parallel, EvenSharesFollowEachOtherAndDifferByOneAtMost) {
+  for (const GlobalIndex n : {GlobalIndex{0}, GlobalIndex{1}, GlobalIndex{7}, GlobalIndex{1000}, GlobalIndex{1} << 40}) {
+    const EvenShare share = even_share(comm, n);
+    EXPECT_EQ(exclusive_sum(comm, share.count()), share.first);
+    EXPECT_EQ(sum_global(comm, share.count()), n);
+    EXPECT_LE(max_global(comm, share.count()) - min_global(comm, share.count()), 1);
+  }
+}
+
 TEST_F(Parallel, BroadcastText) {
   std::string text = "line 1\nline 2";
   text += '\0';

@@ -59,6 +59,15 @@ double min_global(const Comm& comm, double value);
 /// Sum of `value` over the ranks below this one. Collective.
 GlobalIndex exclusive_sum(const Comm& comm, GlobalIndex value);
 
+/// Things first, first + 1, ... end - 1.
+struct EvenShare {
+  GlobalIndex first, end;
+  GlobalIndex count() const { return end - first; }
+};
+
+/// This rank's share of `n` things, in the order of ranks; no two shares differ by more than one. Not collective.
+EvenShare even_share(const Comm& comm, GlobalIndex n);
+
 /// The root's text on every rank. Collective.
 std::string broadcast_text(const Comm& comm, std::string text);
 
