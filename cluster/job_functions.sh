@@ -186,6 +186,8 @@ end_part() {
     failed) give_up 3 "the run failed at step $step: no further part" ;;
     stopped)
       ((step > start_step)) || give_up 1 "this part stopped at step $step, where it had begun: no further part"
+      [[ "$(status_value reason)" != "by the file "* ]] ||
+        give_up 4 "stopped at step $step by the file STOP: no further part; submit this script again to continue"
       ;;
   esac
   # Also with exit code 0: srun ends so when a node was lost.

@@ -131,6 +131,12 @@ class Cases:
             self.expect(f"{state} with {code}", self.next(f, 1, f.writes(state, step, code)), expected, LIMIT, None,
                         sentence)
 
+    def stopped_by_its_user(self):
+        f = self.folder()
+        self.expect("the file STOP", self.next(f, 1, f.writes("stopped", 100, 4, reason="by the file out/scene/STOP")), 4, LIMIT,
+                    None, "by the file STOP")
+        self.expect("submitted again", f.job("90", f.writes("finished", 150, 0), BULKLEY_CHAIN=""), 0, f"--restart {LIMIT}")
+
     def killed(self):
         f = self.folder()
         self.expect("killed after a checkpoint", self.next(f, 1, f.writes("running", 50, 137)), 4, LIMIT,
@@ -213,8 +219,8 @@ class Cases:
                     self.again(self.chain(1)[0]))
 
     def all(self):
-        for case in (self.three_parts, self.no_next_part, self.killed, self.node_lost, self.before_first_checkpoint,
-                     self.after_failure, self.prolonged, self.refusals, self.quoted_reason):
+        for case in (self.three_parts, self.no_next_part, self.stopped_by_its_user, self.killed, self.node_lost,
+                     self.before_first_checkpoint, self.after_failure, self.prolonged, self.refusals, self.quoted_reason):
             case()
 
 
