@@ -5,6 +5,7 @@
 #include "bulkley/simulation_setup.hpp"
 #include "check_meshes.hpp"
 #include "commands.hpp"
+#include "human_text.hpp"
 
 namespace bulkley {
 
@@ -22,6 +23,18 @@ void print_colliders(const Scene& scene) {
                is_finite ? fmt::format("{:.4g} x {:.4g} x {:.4g} m", size[0], size[1], size[2]) : std::string("endless"),
                collider.motion.moves() ? fmt::format(", moves at up to {:.4g} m/s", fastest) : std::string());
   }
+}
+
+// What stands on the disk at once: a checkpoint is whole before an older one goes.
+void print_disk(const Scene& scene, const Forecast& f) {
+  const auto checkpoint = static_cast<double>(f.checkpoint_bytes), frame = static_cast<double>(f.frame_bytes);
+  const auto n_frames = static_cast<double>(f.n_frames);
+  fmt::print("disk       checkpoints of {}: {} at most{}\n", bytes_text(checkpoint),
+             bytes_text(checkpoint * (scene.checkpoint.keep + 1)),
+             f.n_frames == 0
+                 ? "; no frames"
+                 : fmt::format("; {} of {}: {}{}", counted(n_frames, "frame"), bytes_text(frame),
+                               bytes_text(n_frames * frame), scene.output.compression > 0 ? " before compression" : ""));
 }
 
 void print(const Scene& scene, const Forecast& f) {
@@ -62,6 +75,7 @@ void print(const Scene& scene, const Forecast& f) {
              f.largest_share, f.imbalance);
   fmt::print("memory     about {:.1f} MiB on the fullest rank, beyond the empty program; {:.0f} bytes per particle in all\n",
              f.bytes_per_rank / (1024.0 * 1024.0), f.bytes_per_particle);
+  print_disk(scene, f);
   fmt::print("time step  {:.4g} s at the start, limited by: {}\n", f.limit.dt, name(f.limit.limiter));
   fmt::print("steps      about {:.0f} to t = {:g} s\n", f.n_steps, scene.time.end_time);
   for (const std::string& warning : f.warnings) fmt::print("warning: {}\n", warning);

@@ -11,6 +11,8 @@
 
 #include "bulkley/domain/traffic.hpp"
 #include "bulkley/forecast.hpp"
+#include "bulkley/io/checkpoint.hpp"
+#include "bulkley/io/frame.hpp"
 #include "bulkley/simulation_setup.hpp"
 
 namespace bulkley {
@@ -158,6 +160,12 @@ Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks) {
   });
   f.bytes_per_rank = *std::max_element(bytes.begin(), bytes.end());
   f.bytes_per_particle = std::accumulate(bytes.begin(), bytes.end(), 0.0) / static_cast<double>(f.n_particles);
+
+  f.checkpoint_bytes = checkpoint_bytes(optional_fields(scene), f.n_particles);
+  if (scene.output.frame_interval > 0.0) {
+    f.frame_bytes = frame_bytes(scene.output, optional_fields(scene), scene.grid, f.n_particles);
+    f.n_frames = 1 + static_cast<GlobalIndex>(scene.time.end_time / scene.output.frame_interval * (1.0 + 1e-12));
+  }
 
   start.collider_speed = collider_speed(scene.grid, scene.colliders, 0.0, 0.0);
   f.limit = time_step_limit(scene.time, scene.grid.cell_size, start);

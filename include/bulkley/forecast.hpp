@@ -36,10 +36,13 @@ struct Forecast {
   std::optional<Boxes> boxes;                         ///< of the grid's nodes, where there are any
   double imbalance = 1.0;                             ///< largest over mean particles per rank at the start
   GlobalIndex largest_share = 0;                      ///< particles of the fullest rank
-  double bytes_per_rank = 0.0;      ///< that the rank with most of them comes to occupy beyond the empty program
-  double bytes_per_particle = 0.0;  ///< of all ranks together; NaN without particles
-  TimeStepLimit limit{};            ///< at the start
-  double n_steps = 0.0;             ///< end time over the step that the limits (or the user) allow at the start
+  double bytes_per_rank = 0.0;       ///< that the rank with most of them comes to occupy beyond the empty program
+  double bytes_per_particle = 0.0;   ///< of all ranks together; NaN without particles
+  GlobalIndex checkpoint_bytes = 0;  ///< of one
+  GlobalIndex frame_bytes = 0;       ///< of one, without colliders and compression
+  GlobalIndex n_frames = 0;
+  TimeStepLimit limit{};  ///< at the start
+  double n_steps = 0.0;   ///< end time over the step that the limits (or the user) allow at the start
   std::vector<std::string> warnings;
 };
 

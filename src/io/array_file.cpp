@@ -41,10 +41,17 @@ void for_each_portion(GlobalIndex n_planes, GlobalIndex bytes_per_plane,
   for (GlobalIndex first = 0; first < n_planes; first += step) work(first, std::min(step, n_planes - first), buffer.data());
 }
 
+}  // namespace
+
+GlobalIndex stored_bytes(const Array& array) {
+  return n_elements(array.shape) * static_cast<GlobalIndex>(element_size(array.type));
+}
+
+namespace {
+
 GlobalIndex size_on_disk(const FileContent& content) {
   GlobalIndex bytes = metadata_room;
-  for (const Array& array : content.arrays)
-    bytes += n_elements(array.shape) * static_cast<GlobalIndex>(element_size(array.type));
+  for (const Array& array : content.arrays) bytes += stored_bytes(array);
   for (const Attribute& attribute : content.attributes)
     if (const auto* text = std::get_if<std::string>(&attribute.value)) bytes += static_cast<GlobalIndex>(text->size());
   return bytes;

@@ -163,6 +163,14 @@ void read_fields(const Comm& comm, const std::string& file, const CheckpointHead
 
 std::string checkpoint_path(const std::string& folder, GlobalIndex step) { return path_in(folder, file_name(step, ".h5")); }
 
+GlobalIndex checkpoint_bytes(const OptionalFields& fields, GlobalIndex n_particles) {
+  const ParticleRange all{0, n_particles, n_particles};
+  GlobalIndex bytes = stored_bytes(connectivity_array(all));
+  for (const FieldInfo& field : written_fields(ParticleSet(fields)))
+    bytes += stored_bytes(particle_array(field.name, stored_type(field.type), field.n_components, all));
+  return bytes;
+}
+
 void write_checkpoint(const Comm& comm, const std::string& folder, const CheckpointHeader& given,
                       const ParticleSet& particles, std::span<const std::string> material_names, int keep) {
   const ParticleRange range = particle_range(comm, particles);

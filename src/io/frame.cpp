@@ -55,6 +55,14 @@ void add_tiles(const Comm& comm, FileContent& content, const TileValues& tiles) 
   for (Array& array : tile_arrays(comm, tiles)) content.arrays.push_back(std::move(array));
 }
 
+std::vector<Array> particle_arrays(const OutputSettings& settings, const ParticleRange& range, const ParticleSet& particles,
+                                   int rank) {
+  std::vector<Array> arrays{frame_array("position", settings.precision, range, particles, rank), connectivity_array(range)};
+  for (const std::string& name : settings.fields)
+    if (name != "position") arrays.push_back(frame_array(name, settings.precision, range, particles, rank));
+  return arrays;
+}
+
 std::vector<std::string> names_of(std::span<const NamedMaterial> materials) {
   std::vector<std::string> names;
   for (const NamedMaterial& material : materials) names.push_back(material.name);
@@ -87,15 +95,27 @@ void write_frame_file(const Comm& comm, const std::string& file, const FrameInfo
                         {"/", "materials", join_lines(names_of(materials))},
                         {"/", "largest_reference_volume", max_global(comm, largest_volume)},
                         {"/particles", "about", std::string("one row a particle; order without meaning")}};
-  content.arrays = {frame_array("position", settings.precision, range, particles, comm.rank()), connectivity_array(range)};
-  for (const std::string& name : settings.fields)
-    if (name != "position") content.arrays.push_back(frame_array(name, settings.precision, range, particles, comm.rank()));
+  content.arrays = particle_arrays(settings, range, particles, comm.rank());
   if (nodes) add_grid(content, *nodes, settings.precision);
   if (tiles) add_tiles(comm, content, *tiles);
   if (colliders) colliders->add_to_frame(comm, info.time, content);
 
   write_array_file(comm, file, content);
   root_guard(comm, [&] { write_sidecar(file, range.total); });
+}
+
+GlobalIndex frame_bytes(const OutputSettings& settings, const OptionalFields& fields, const GridGeometry& grid,
+                        GlobalIndex n_particles) {
+  GlobalIndex bytes = 0;
+  const ParticleSet none(fields);
+  for (const Array& array : particle_arrays(settings, {0, n_particles, n_particles}, none, 0)) bytes += stored_bytes(array);
+  if (settings.grid)
+    for (const Array& array : grid_arrays({grid, {0, 0, 0}, {0, 0, 0}, {}}, settings.precision))
+      bytes += stored_bytes(array);
+  if (settings.tiles)
+    bytes +=
+        GlobalIndex{grid.n_tiles()} * static_cast<GlobalIndex>(sizeof(std::int32_t) + sizeof(GlobalIndex) + sizeof(double));
+  return bytes;
 }
 
 FrameInfo read_frame_info(const Comm& comm, const std::string& file) {

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,7 @@ namespace bulkley {
 namespace {
 
 const std::vector<std::string> materials{"sand", "snow"};
+constexpr GlobalIndex most_metadata = 100000;  // bytes
 
 class CheckpointFields : public testing::Test {
  protected:
@@ -44,6 +46,9 @@ TEST_F(CheckpointFields, InternalVariablesAreWrittenAndReadBackBitForBit) {
     const ParticleSet given = with_fields(make_uneven_particles(comm, 1000), fields);
     write_checkpoint(comm, folder.path(), make_header(1), given, materials, 1);
     const std::string file = checkpoint_path(folder.path(), 1);
+    const auto size = static_cast<GlobalIndex>(std::filesystem::file_size(file));
+    EXPECT_GT(size, checkpoint_bytes(fields, 1000));
+    EXPECT_LT(size, checkpoint_bytes(fields, 1000) + most_metadata);
     ParticleSet read(fields);
     const EvenShare share = even_share(comm, 1000);
     read_checkpoint(comm, file, share.first, share.count(), read);

@@ -28,6 +28,9 @@ struct Array {
   std::function<void(GlobalIndex first, GlobalIndex n, std::byte* out)> fill;
 };
 
+/// Bytes of the whole array, uncompressed.
+GlobalIndex stored_bytes(const Array& array);
+
 struct Attribute {
   std::string object;  ///< group; created if need be
   std::string name;

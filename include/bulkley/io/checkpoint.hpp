@@ -40,6 +40,9 @@ struct CheckpointHeader {
 void write_checkpoint(const Comm& comm, const std::string& folder, const CheckpointHeader& header,
                       const ParticleSet& particles, std::span<const std::string> material_names, int keep);
 
+/// Bytes of a checkpoint of `n_particles` that have these optional fields, but for some kilobytes of header. Not collective.
+GlobalIndex checkpoint_bytes(const OptionalFields& fields, GlobalIndex n_particles);
+
 /// Path of the checkpoint of a step. Not collective.
 std::string checkpoint_path(const std::string& folder, GlobalIndex step);
 

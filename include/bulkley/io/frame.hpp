@@ -62,6 +62,11 @@ void write_frame_file(const Comm& comm, const std::string& file, const FrameInfo
                       const GridNodes* nodes = nullptr, const TileValues* tiles = nullptr,
                       const ColliderSurfaces* colliders = nullptr);
 
+/// Bytes of a frame of `n_particles` that have these optional fields, but for some kilobytes of header, colliders and what
+/// compression saves. Throws UsageError for an unknown field name. Not collective.
+GlobalIndex frame_bytes(const OutputSettings& settings, const OptionalFields& fields, const GridGeometry& grid,
+                        GlobalIndex n_particles);
+
 /// Throws RunError. Collective.
 FrameInfo read_frame_info(const Comm& comm, const std::string& file);
 
