@@ -34,7 +34,7 @@ std::vector<Vec3> random_points(int count) {
   std::mt19937_64 generator(3);
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);
   std::vector<Vec3> points;
-  for (int n = 0; n < count; ++n) points.push_back(Vec3(uniform(generator), uniform(generator), uniform(generator)));
+  for (int n = 0; n < count; ++n) points.push_back(Vec3{uniform(generator), uniform(generator), uniform(generator)});
   return points;
 }
 
@@ -176,8 +176,10 @@ TEST(Shape, BoundsHoldTheShapeAndTouchIt) {
   for (const Shape& shape : shapes) {
     SCOPED_TRACE(shape_name(shape));
     const Bounds b = bounds(shape);
+    const Vec3 center = 0.5 * (b.lower + b.upper), reach = 0.75 * (b.upper - b.lower);  // also beyond the bounds
     Vec3 lowest = Vec3::Constant(10.0), highest = Vec3::Constant(-10.0);
-    for (const Vec3& x : random_points(50000)) {
+    for (const Vec3& point : random_points(50000)) {
+      const Vec3 x = center + reach.cwiseProduct(point);
       if (signed_distance(shape, x) > 0.0) continue;
       lowest = lowest.cwiseMin(x);
       highest = highest.cwiseMax(x);
