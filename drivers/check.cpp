@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "bulkley/config/duration.hpp"
 #include "bulkley/forecast.hpp"
 #include "bulkley/simulation_setup.hpp"
@@ -29,12 +31,14 @@ void print_colliders(const Scene& scene) {
 void print_disk(const Scene& scene, const Forecast& f) {
   const auto checkpoint = static_cast<double>(f.checkpoint_bytes), frame = static_cast<double>(f.frame_bytes);
   const auto n_frames = static_cast<double>(f.n_frames);
-  fmt::print("disk       checkpoints of {}: {} at most{}\n", bytes_text(checkpoint),
-             bytes_text(checkpoint * (scene.checkpoint.keep + 1)),
-             f.n_frames == 0
-                 ? "; no frames"
-                 : fmt::format("; {} of {}: {}{}", counted(n_frames, "frame"), bytes_text(frame),
-                               bytes_text(n_frames * frame), scene.output.compression > 0 ? " before compression" : ""));
+  std::string frames = "no frames";
+  if (f.n_frames > 0)
+    frames = fmt::format("{} of {}: {}", counted(n_frames, "frame"), bytes_text(frame), bytes_text(n_frames * frame));
+  if (f.n_frames > 0 && scene.output.compression > 0) frames += " before compression";
+  const bool moves = std::ranges::any_of(scene.colliders, [](const Collider& c) { return c.motion.moves(); });
+  if (f.n_frames > 0 && moves) frames += ", and in each the colliders that move";
+  fmt::print("disk       checkpoints of {}: {} at most; {}\n", bytes_text(checkpoint),
+             bytes_text(checkpoint * (scene.checkpoint.keep + 1)), frames);
 }
 
 void print(const Scene& scene, const Forecast& f) {
