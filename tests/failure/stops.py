@@ -144,10 +144,9 @@ class Stops:
 
     def signal_during_set_up(self):
         """To one rank as soon as it is there: before main it dies and nothing has been written, after that it stops."""
-        n_stopped = n_runs = 0
+        n_stopped = 0
         delays = [0.0, 0.1, 0.2, 0.4, 0.6]
         for delay in delays:
-            n_runs += 1
             run = self.run(f"signal_during_set_up_{delay:g}", 2, *OFTEN)
             run.wait_for("the ranks", lambda: len(run.ranks()) == 2)
             time.sleep(delay)
@@ -168,7 +167,7 @@ class Stops:
                 delays.append(2.0 * delay)  # a slow machine
         if n_stopped == 0:
             fail("no signal during set-up led to a stop in order")
-        print(f"signal_during_set_up: {n_stopped} of {n_runs} stopped in order, the others had not begun")
+        print(f"signal_during_set_up: {n_stopped} of {len(delays)} stopped in order, the others had not begun")
 
     def terminated_mpirun(self):
         """mpirun kills its ranks soon after TERM: what stands then is the newest whole checkpoint."""
