@@ -4,7 +4,7 @@
 #
 #   cluster/install_packages.sh [--slurm]
 #
-# --slurm: Slurm and munge as well, for the test that runs the job scripts (tests/cluster), and shellcheck, which reads them.
+# --slurm: Slurm and munge as well, for the test that runs the job scripts (tests/packaging/cluster), and shellcheck, which reads them.
 # Their services do not have to run.
 set -euo pipefail
 

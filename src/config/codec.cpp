@@ -6,10 +6,10 @@
 #include <cmath>
 
 #include "bulkley/base/error.hpp"
-#include "bulkley/config/duration.hpp"
 #include "bulkley/config/keys.hpp"
-#include "bulkley/config/nearest.hpp"
 #include "bulkley/config/toml.hpp"
+#include "config/duration.hpp"
+#include "config/nearest.hpp"
 
 namespace bulkley::config {
 namespace {
@@ -158,7 +158,7 @@ std::string allowed_names(const std::vector<std::string>& names) {
 
 void report_unknown_keys(const Value& table, const std::vector<std::string>& known, Faults& faults) {
   for (const Value& entry : table.items)
-    if (!faults.plenty() && std::find(known.begin(), known.end(), entry.key) == known.end())
+    if (!faults.is_full() && std::find(known.begin(), known.end(), entry.key) == known.end())
       faults.add(entry.key_place, fmt::format("unknown {} '{}' {}{}", entry.is_table() ? "table" : "key", entry.key,
                                               in_table(table.path), suggestion(entry.key, known)));
 }

@@ -1,4 +1,4 @@
-#include "bulkley/config/duration.hpp"
+#include "config/duration.hpp"
 
 #include <fmt/format.h>
 

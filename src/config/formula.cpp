@@ -1,4 +1,4 @@
-#include "bulkley/config/formula.hpp"
+#include "config/formula.hpp"
 
 #include <fmt/format.h>
 #include <muParser.h>

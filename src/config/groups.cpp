@@ -1,4 +1,4 @@
-#include "bulkley/config/groups.hpp"
+#include "config/groups.hpp"
 
 #include <fmt/format.h>
 

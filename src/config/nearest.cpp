@@ -1,4 +1,4 @@
-#include "bulkley/config/nearest.hpp"
+#include "config/nearest.hpp"
 
 #include <algorithm>
 

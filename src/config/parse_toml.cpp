@@ -5,9 +5,9 @@
 #include <charconv>
 
 #include "bulkley/base/error.hpp"
-#include "bulkley/config/nearest.hpp"
 #include "bulkley/config/toml.hpp"
-#include "text_limits.hpp"
+#include "config/nearest.hpp"
+#include "config/text_limits.hpp"
 
 namespace bulkley::config {
 namespace {

@@ -1,4 +1,4 @@
-#include "text_limits.hpp"
+#include "config/text_limits.hpp"
 
 #include <fmt/format.h>
 

@@ -145,7 +145,7 @@ bool is_utf8(std::string_view text) {
 
 void Faults::add(const Place& place, const std::string& sentence) {
   ++n_;
-  if (!plenty()) faults_.push_back({place, printable(sentence)});
+  if (!is_full()) faults_.push_back({place, printable(sentence)});
 }
 
 void Faults::throw_if_any() const {

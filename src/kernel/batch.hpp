@@ -6,8 +6,8 @@
 #include <cstring>
 
 #include "bulkley/base/pack.hpp"
-#include "bulkley/kernel/bspline.hpp"
-#include "bulkley/kernel/cells.hpp"
+#include "kernel/bspline.hpp"
+#include "kernel/cells.hpp"
 
 namespace bulkley {
 

@@ -1,4 +1,4 @@
-#include "bulkley/kernel/cells.hpp"
+#include "kernel/cells.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,8 +6,8 @@
 #include <limits>
 #include <numeric>
 
-#include "batch.hpp"
 #include "bulkley/base/error.hpp"
+#include "kernel/batch.hpp"
 
 namespace bulkley {
 
@@ -21,8 +21,8 @@ enum class Verdict { inside, removed, escaped };
 Verdict confine_coordinate(const GridGeometry& grid, const Faces& faces, int axis, double lower, double upper, double& x) {
   if (grid.periodic[axis]) {
     const double wrapped = x < lower ? x + (upper - lower) : x - (upper - lower);
-    const double hair = 1e-6 * grid.cell_size;  // rounding may leave it so far outside; both ends are the same place
-    if (wrapped < lower - hair || wrapped > upper + hair) return Verdict::escaped;
+    const double tolerance = 1e-6 * grid.cell_size;  // rounding may leave it so far outside; both ends are the same place
+    if (wrapped < lower - tolerance || wrapped > upper + tolerance) return Verdict::escaped;
     x = wrapped < lower || wrapped >= upper ? lower : wrapped;
     return Verdict::inside;
   }

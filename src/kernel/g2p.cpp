@@ -1,12 +1,12 @@
-#include "bulkley/kernel/g2p.hpp"
+#include "kernel/g2p.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
 #include <type_traits>
 
-#include "batch.hpp"
 #include "bulkley/base/error.hpp"
+#include "kernel/batch.hpp"
 
 namespace bulkley {
 

@@ -1,11 +1,11 @@
-#include "bulkley/kernel/p2g.hpp"
+#include "kernel/p2g.hpp"
 
 #include <algorithm>
 #include <cstring>
 #include <type_traits>
 
-#include "batch.hpp"
 #include "bulkley/base/tensor.hpp"
+#include "kernel/batch.hpp"
 
 namespace bulkley {
 

@@ -1,12 +1,12 @@
-#include "bulkley/kernel/stress_update.hpp"
+#include "kernel/stress_update.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
 
-#include "batch.hpp"
 #include "bulkley/base/error.hpp"
+#include "kernel/batch.hpp"
 
 namespace bulkley {
 

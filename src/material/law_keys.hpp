@@ -4,9 +4,9 @@
 #include <cmath>
 #include <vector>
 
-#include "bulkley/config/groups.hpp"
-#include "bulkley/material/herschel_bulkley_keys.hpp"
-#include "bulkley/material/material_keys.hpp"
+#include "config/groups.hpp"
+#include "material/laws/herschel_bulkley_keys.hpp"
+#include "material/material_keys.hpp"
 
 namespace bulkley {
 

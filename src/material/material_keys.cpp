@@ -1,11 +1,11 @@
-#include "bulkley/material/material_keys.hpp"
+#include "material/material_keys.hpp"
 
 #include <fmt/format.h>
 
 #include "bulkley/base/error.hpp"
-#include "bulkley/config/nearest.hpp"
-#include "bulkley/material/preset.hpp"
-#include "law_keys.hpp"
+#include "config/nearest.hpp"
+#include "material/law_keys.hpp"
+#include "material/preset.hpp"
 
 namespace bulkley {
 namespace {

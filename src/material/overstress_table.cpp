@@ -1,8 +1,8 @@
-#include "bulkley/material/overstress_table.hpp"
+#include "material/overstress_table.hpp"
 
 #include <cmath>
 
-#include "bulkley/material/return_map.hpp"
+#include "material/return_map.hpp"
 
 namespace bulkley {
 

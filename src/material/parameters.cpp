@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "bulkley/base/error.hpp"
-#include "bulkley/material/material.hpp"
+#include "material/material.hpp"
 
 namespace bulkley {
 

@@ -1,8 +1,8 @@
-#include "bulkley/material/preset.hpp"
+#include "material/preset.hpp"
 
 #include <fmt/format.h>
 
-#include "bulkley/material/material_keys.hpp"
+#include "material/material_keys.hpp"
 
 namespace bulkley {
 

@@ -1,9 +1,9 @@
-#include "bulkley/rheometer/analytic.hpp"
+#include "rheometer/analytic.hpp"
 
 #include <array>
 #include <cmath>
 
-#include "bulkley/material/return_map.hpp"
+#include "material/return_map.hpp"
 
 namespace bulkley::rheometer {
 

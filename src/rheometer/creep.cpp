@@ -1,4 +1,4 @@
-#include "bulkley/rheometer/creep.hpp"
+#include "rheometer/creep.hpp"
 
 #include <fmt/format.h>
 
@@ -6,9 +6,9 @@
 #include <cmath>
 
 #include "bulkley/base/error.hpp"
-#include "bulkley/rheometer/analytic.hpp"
-#include "bulkley/rheometer/root.hpp"
-#include "bulkley/rheometer/transient.hpp"
+#include "rheometer/analytic.hpp"
+#include "rheometer/root.hpp"
+#include "rheometer/transient.hpp"
 
 namespace bulkley::rheometer {
 

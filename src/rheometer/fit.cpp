@@ -1,4 +1,4 @@
-#include "bulkley/rheometer/fit.hpp"
+#include "rheometer/fit.hpp"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "bulkley/base/error.hpp"
-#include "bulkley/rheometer/root.hpp"
+#include "rheometer/root.hpp"
 
 namespace bulkley::rheometer {
 

@@ -1,4 +1,4 @@
-#include "bulkley/rheometer/fit_report.hpp"
+#include "rheometer/fit_report.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "bulkley/rheometer/measured_curve.hpp"
+#include "rheometer/measured_curve.hpp"
 
 #include <fmt/format.h>
 
@@ -8,8 +8,8 @@
 #include <sstream>
 
 #include "bulkley/base/error.hpp"
-#include "bulkley/config/nearest.hpp"
-#include "bulkley/rheometer/number_list.hpp"
+#include "config/nearest.hpp"
+#include "rheometer/number_list.hpp"
 
 namespace bulkley::rheometer {
 

@@ -1,4 +1,4 @@
-#include "bulkley/rheometer/number_list.hpp"
+#include "rheometer/number_list.hpp"
 
 #include <fmt/format.h>
 

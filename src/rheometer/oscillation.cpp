@@ -1,4 +1,4 @@
-#include "bulkley/rheometer/oscillation.hpp"
+#include "rheometer/oscillation.hpp"
 
 #include <fmt/format.h>
 
@@ -7,8 +7,8 @@
 #include <complex>
 #include <numbers>
 
-#include "bulkley/rheometer/analytic.hpp"
-#include "bulkley/rheometer/steps.hpp"
+#include "rheometer/analytic.hpp"
+#include "rheometer/steps.hpp"
 
 namespace bulkley::rheometer {
 

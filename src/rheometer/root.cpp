@@ -1,4 +1,4 @@
-#include "bulkley/rheometer/root.hpp"
+#include "rheometer/root.hpp"
 
 #include <algorithm>
 #include <cmath>

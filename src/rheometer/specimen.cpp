@@ -1,4 +1,4 @@
-#include "bulkley/rheometer/specimen.hpp"
+#include "rheometer/specimen.hpp"
 
 #include <fmt/format.h>
 
@@ -6,8 +6,8 @@
 #include <cstring>
 
 #include "bulkley/base/error.hpp"
-#include "bulkley/kernel/stress_update.hpp"
-#include "bulkley/rheometer/root.hpp"
+#include "kernel/stress_update.hpp"
+#include "rheometer/root.hpp"
 
 namespace bulkley::rheometer {
 

@@ -1,11 +1,11 @@
-#include "bulkley/rheometer/steady.hpp"
+#include "rheometer/steady.hpp"
 
 #include <fmt/format.h>
 
 #include <cmath>
 
-#include "bulkley/rheometer/analytic.hpp"
-#include "bulkley/rheometer/steps.hpp"
+#include "rheometer/analytic.hpp"
+#include "rheometer/steps.hpp"
 
 namespace bulkley::rheometer {
 

@@ -1,4 +1,4 @@
-#include "bulkley/rheometer/steps.hpp"
+#include "rheometer/steps.hpp"
 
 #include <fmt/format.h>
 

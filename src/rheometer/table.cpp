@@ -1,4 +1,4 @@
-#include "bulkley/rheometer/table.hpp"
+#include "rheometer/table.hpp"
 
 #include <fmt/format.h>
 

@@ -1,10 +1,10 @@
-#include "bulkley/rheometer/transient.hpp"
+#include "rheometer/transient.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "bulkley/rheometer/analytic.hpp"
-#include "bulkley/rheometer/steps.hpp"
+#include "rheometer/analytic.hpp"
+#include "rheometer/steps.hpp"
 
 namespace bulkley::rheometer {
 

@@ -13,8 +13,8 @@
 #include <cstdlib>
 #include <string>
 
-#include "bulkley/base/petsc.hpp"
-#include "bulkley/io/checkpoint.hpp"
+#include "bulkley/parallel/petsc.hpp"
+#include "io/checkpoint/checkpoint.hpp"
 
 namespace {
 

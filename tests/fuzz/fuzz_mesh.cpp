@@ -7,8 +7,8 @@
 #include <string>
 
 #include "bulkley/base/error.hpp"
-#include "bulkley/particle/mesh_format.hpp"
-#include "bulkley/particle/mesh_shape.hpp"
+#include "geometry/mesh_format.hpp"
+#include "geometry/mesh_shape.hpp"
 
 namespace {
 

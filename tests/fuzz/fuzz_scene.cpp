@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "bulkley/base/error.hpp"
-#include "bulkley/particle/mesh_shape.hpp"
-#include "bulkley/scene.hpp"
+#include "geometry/mesh_shape.hpp"
+#include "scene/scene.hpp"
 
 namespace {
 

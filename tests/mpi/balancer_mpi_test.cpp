@@ -1,12 +1,13 @@
 // ranks: 1 2 3 4 5 7 8
 // Maps that change while particles move: nothing but their ranks does; and when the balancer thinks that a change pays.
-#include "bulkley/solver/balancer.hpp"
+#include "rebalance/balancer.hpp"
+#include "rebalance/share.hpp"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
-#include "bulkley/domain/traffic.hpp"
+#include "balance/traffic.hpp"
 #include "support/solver_run.hpp"
 #include "support/tile_loads.hpp"
 
@@ -37,7 +38,7 @@ std::vector<SolverScene> moving_scenes() {
     scenes.push_back(periodic_scene(transfer, {12, 8, 8}, {true, true, true}));
   }
   scenes.push_back(every_law_scene(some_transfers()[2]));
-  for (SolverScene& scene : scenes) scene.physics.time = {};
+  for (SolverScene& scene : scenes) scene.physics.time_stepping = {};
   return scenes;
 }
 
@@ -115,7 +116,7 @@ TEST_F(BalancerTest, AutoBringsParticlesFromOneRankToAll) {
   if (comm.size() == 1) return;
   SolverScene scene = empty_scene(some_transfers()[0], {32, 32, 8}, {false, false, false});
   add_block(scene, scene.physics.grid.lower + Vec3(0.4, 0.4, 0.1), {40, 40, 10}, 1, Vec3(0.5, 0.0, 0.0));
-  scene.physics.time = {};
+  scene.physics.time_stepping = {};
   Partition partition = partition_of(comm, scene, PartitionMethod::uniform);
   std::fill(partition.worker.begin(), partition.worker.end(), 0);
   const auto solver = solver_of(comm, scene, std::move(partition));

@@ -1,14 +1,14 @@
 // ranks: 1 2 3
 // Checkpoints of particles with internal variables, which only some laws need.
-#include "bulkley/io/checkpoint.hpp"
+#include "io/checkpoint/checkpoint.hpp"
 
 #include <gtest/gtest.h>
 
 #include <string>
 #include <vector>
 
-#include "bulkley/io/array_file.hpp"
-#include "bulkley/io/compare.hpp"
+#include "io/arrays/array_file.hpp"
+#include "io/checkpoint/compare.hpp"
 #include "support/io_particles.hpp"
 #include "support/particle_builders.hpp"
 

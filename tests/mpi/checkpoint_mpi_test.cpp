@@ -1,5 +1,5 @@
 // ranks: 1 2 3 4 8
-#include "bulkley/io/checkpoint.hpp"
+#include "io/checkpoint/checkpoint.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -9,9 +9,9 @@
 #include <csignal>
 #include <limits>
 
-#include "bulkley/io/array_file.hpp"
-#include "bulkley/io/compare.hpp"
-#include "bulkley/io/text_file.hpp"
+#include "io/arrays/array_file.hpp"
+#include "io/checkpoint/compare.hpp"
+#include "io/files/text_file.hpp"
 #include "support/io_particles.hpp"
 
 namespace bulkley {

@@ -1,12 +1,12 @@
 // ranks: 1 2 4
-#include "bulkley/io/collider_surfaces.hpp"
+#include "io/frames/collider_surfaces.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "bulkley/io/frame.hpp"
-#include "bulkley/io/text_file.hpp"
+#include "io/files/text_file.hpp"
+#include "io/frames/frame.hpp"
 #include "support/io_particles.hpp"
 
 namespace bulkley {

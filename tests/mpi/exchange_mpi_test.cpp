@@ -1,5 +1,5 @@
 // ranks: 1 2 3 4 8
-#include "bulkley/domain/exchange.hpp"
+#include "distribution/exchange.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // ranks: 1 2 3 4 8
-#include "bulkley/io/frame.hpp"
+#include "io/frames/frame.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,9 +9,9 @@
 #include <limits>
 #include <numeric>
 
-#include "bulkley/io/array_file.hpp"
-#include "bulkley/io/checkpoint.hpp"
-#include "bulkley/io/text_file.hpp"
+#include "io/arrays/array_file.hpp"
+#include "io/checkpoint/checkpoint.hpp"
+#include "io/files/text_file.hpp"
 #include "support/io_particles.hpp"
 
 namespace bulkley {

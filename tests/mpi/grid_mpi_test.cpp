@@ -1,5 +1,5 @@
 // ranks: 1 2 3 4 8
-#include "bulkley/domain/grid.hpp"
+#include "field/field_grid.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,13 +1,13 @@
 // ranks: 1 3
-#include "bulkley/io/history.hpp"
+#include "io/status/history.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 
-#include "bulkley/io/status.hpp"
-#include "bulkley/io/text_file.hpp"
+#include "io/files/text_file.hpp"
+#include "io/status/status.hpp"
 #include "support/io_particles.hpp"
 
 namespace bulkley {

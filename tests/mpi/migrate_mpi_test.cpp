@@ -1,5 +1,5 @@
 // ranks: 1 2 3 4 8
-#include "bulkley/domain/migrate.hpp"
+#include "distribution/migrate.hpp"
 
 #include <gtest/gtest.h>
 #include <petscsys.h>

@@ -1,5 +1,5 @@
 // ranks: 1 2 3 4 8
-#include "bulkley/base/parallel.hpp"
+#include "bulkley/parallel/comm.hpp"
 
 #include <gtest/gtest.h>
 #include <petscsys.h>
@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <type_traits>
 
-#include "bulkley/base/log.hpp"
+#include "parallel/log.hpp"
 
 namespace bulkley {
 namespace {

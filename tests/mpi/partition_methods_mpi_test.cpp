@@ -6,12 +6,12 @@
 #include <map>
 #include <numeric>
 
-#include "bulkley/domain/partition.hpp"
-#include "bulkley/domain/traffic.hpp"
-#include "domain/diffusion.hpp"
-#include "domain/graph_parts.hpp"
-#include "domain/hilbert.hpp"
-#include "domain/ranges.hpp"
+#include "balance/diffusion.hpp"
+#include "balance/graph_parts.hpp"
+#include "balance/hilbert.hpp"
+#include "balance/partition.hpp"
+#include "balance/ranges.hpp"
+#include "balance/traffic.hpp"
 #include "support/tile_loads.hpp"
 
 namespace bulkley {

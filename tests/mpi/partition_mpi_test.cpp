@@ -1,5 +1,6 @@
 // ranks: 1 4
-#include "bulkley/domain/partition.hpp"
+#include "balance/partition.hpp"
+#include "rebalance/share.hpp"
 
 #include <gtest/gtest.h>
 #include <petscsys.h>
@@ -8,7 +9,7 @@
 #include <numeric>
 #include <random>
 
-#include "bulkley/base/parallel.hpp"
+#include "bulkley/parallel/comm.hpp"
 #include "support/tile_loads.hpp"
 
 namespace bulkley {

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "bulkley/domain/partition.hpp"
-#include "bulkley/domain/traffic.hpp"
+#include "balance/partition.hpp"
+#include "balance/traffic.hpp"
 #include "support/tile_loads.hpp"
 
 namespace bulkley {

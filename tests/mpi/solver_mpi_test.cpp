@@ -1,7 +1,7 @@
 // ranks: 1 2 3 4 8
 // The real solver: the same bits on any number of ranks, under any partition, after rejected steps and through a restart;
 // and failures that every rank reports alike.
-#include "bulkley/solver/solver.hpp"
+#include "integrator/solver.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <limits>
 #include <string>
 
-#include "bulkley/solver/diagnostics.hpp"
+#include "integrator/diagnostics.hpp"
 #include "support/solver_run.hpp"
 
 namespace bulkley {
@@ -51,7 +51,7 @@ SolverScene shearing_scene(const TransferSettings& transfer, double rate) {
     scene.particles.set_vector(Field::velocity, p, Vec3(rate * height, 0.0, 0.0));
     scene.particles.real(Field::affine_velocity, 2)[p] = rate;
   }
-  scene.physics.time.mode = TimeStepMode::adaptive;
+  scene.physics.time_stepping.mode = TimeStepMode::adaptive;
   return scene;
 }
 
@@ -62,7 +62,7 @@ TEST_F(SolverTest, ParticlesAreTheSameOnAnyNumberOfRanksUnderAnyPartition) {
     for (const bool periodic : {false, true}) {
       SCOPED_TRACE(describe(transfer) + (periodic ? " periodic" : " contact"));
       SolverScene scene = periodic ? periodic_scene(transfer, {12, 8, 8}, {true, true, true}) : contact_scene(transfer);
-      scene.physics.time = {};  // adaptive
+      scene.physics.time_stepping = {};  // adaptive
       const ParticleSet alone = run(self, scene, partition_of(self, scene, PartitionMethod::ranges), 40);
       EXPECT_EQ(alone.size(), scene.particles.size());
       EXPECT_TRUE(same_particles(alone, run(comm, scene, partition_of(comm, scene, PartitionMethod::ranges), 40)));
@@ -76,7 +76,7 @@ TEST_F(SolverTest, AllLawsSideBySideAreTheSameOnAnyNumberOfRanksAndThroughAResta
   for (const TransferSettings& transfer : {some_transfers()[0], some_transfers()[2]}) {
     SCOPED_TRACE(describe(transfer));
     SolverScene scene = every_law_scene(transfer);
-    scene.physics.time = {};
+    scene.physics.time_stepping = {};
     constexpr int n_steps = 40;
     const ParticleSet alone = run(self, scene, partition_of(self, scene, PartitionMethod::ranges), n_steps);
     EXPECT_EQ(alone.size(), scene.particles.size());
@@ -115,14 +115,14 @@ TEST_F(SolverTest, RanksWithoutParticlesTakePart) {
   EXPECT_GT(alone.real(Field::position)[0], scene.physics.grid.lower[0] + 0.45) << "it should have left its first tile";
 
   scene.particles.resize(0);
-  scene.physics.time.mode = TimeStepMode::adaptive;
-  scene.physics.time.largest_step = 1e-3;
+  scene.physics.time_stepping.mode = TimeStepMode::adaptive;
+  scene.physics.time_stepping.dt_max = 1e-3;
   EXPECT_EQ(run(comm, scene, partition_of(comm, scene, PartitionMethod::uniform), 3).size(), 0);
 }
 
 TEST_F(SolverTest, BoundsAndPlansAreTheSameOnAnyNumberOfRanks) {
   SolverScene scene = contact_scene(some_transfers()[0]);
-  scene.physics.time = {};
+  scene.physics.time_stepping = {};
   const auto alone = solver_of(self, scene, partition_of(self, scene, PartitionMethod::ranges));
   const auto shared = solver_of(comm, scene, partition_of(comm, scene, PartitionMethod::ranges));
   TimeStepState state_alone, state_shared;
@@ -152,7 +152,7 @@ TEST_F(SolverTest, ARestartedRunContinuesWithTheSameBits) {
   for (const TransferSettings& transfer : some_transfers()) {
     SCOPED_TRACE(describe(transfer));
     SolverScene scene = contact_scene(transfer);
-    scene.physics.time = {};
+    scene.physics.time_stepping = {};
     TimeStepState state;
     auto solver = solver_of(comm, scene, partition_of(comm, scene, PartitionMethod::ranges));
     for (int step = 0; step < 15; ++step) solver->step(1.0, 0, state);
@@ -179,15 +179,15 @@ TEST_F(SolverTest, RejectedStepsLeaveNoTraceInTheParticles) {
   for (const TransferSettings& transfer : some_transfers()) {
     SCOPED_TRACE(describe(transfer));
     SolverScene absurd = shearing_scene(transfer, 100.0);
-    absurd.physics.time.elastic_cfl = 1.0;
-    absurd.physics.time.deformation_limit = 0.01;
+    absurd.physics.time_stepping.elastic_cfl = 1.0;
+    absurd.physics.time_stepping.deformation_limit = 0.01;
     if (!transfer.affine())  // only the affine matrix would tell the first plan of the shear
       for (int c = 0; c < 9; ++c)
         std::fill_n(absurd.particles.real(Field::affine_velocity, c), absurd.particles.size(), 0.0);
     else
       for (int c = 0; c < 9; ++c)
         for (LocalIndex p = 0; p < absurd.particles.size(); ++p) absurd.particles.real(Field::affine_velocity, c)[p] *= 0.05;
-    absurd.physics.time.initial_step = 1.0;  // the other limits bring it to milliseconds
+    absurd.physics.time_stepping.dt_initial = 1.0;  // the other limits bring it to milliseconds
     const Partition partition = partition_of(comm, absurd, PartitionMethod::ranges);
 
     const auto rejecting = solver_of(comm, absurd, partition);
@@ -200,7 +200,7 @@ TEST_F(SolverTest, RejectedStepsLeaveNoTraceInTheParticles) {
     SolverScene accepted = contact_scene(transfer);
     accepted.physics = absurd.physics;
     accepted.particles = share_of(self, absurd.particles, {});
-    accepted.physics.time.initial_step = first.plan.dt;
+    accepted.physics.time_stepping.dt_initial = first.plan.dt;
     const auto direct = solver_of(comm, accepted, partition);
     TimeStepState state_direct;
     EXPECT_EQ(direct->step(1.0, 0, state_direct).n_rejected, 0);
@@ -218,10 +218,10 @@ TEST_F(SolverTest, TheRunIsThatOfItsAcceptedSteps) {
   for (const TransferSettings& transfer : some_transfers()) {
     SCOPED_TRACE(describe(transfer));
     SolverScene scene = contact_scene(transfer);
-    scene.physics.time = {};
-    scene.physics.time.trial_interval = 2;
-    scene.physics.time.growth = 2.0;
-    scene.physics.time.deformation_limit = 2e-3;
+    scene.physics.time_stepping = {};
+    scene.physics.time_stepping.trial_interval = 2;
+    scene.physics.time_stepping.growth = 2.0;
+    scene.physics.time_stepping.deformation_limit = 2e-3;
     const Partition partition = partition_of(comm, scene, PartitionMethod::ranges);
     const auto judged = solver_of(comm, scene, partition);
     TimeStepState state;
@@ -231,8 +231,8 @@ TEST_F(SolverTest, TheRunIsThatOfItsAcceptedSteps) {
     EXPECT_GT(state.n_accepted, 0);
 
     SolverScene replay = contact_scene(transfer);
-    replay.physics.time.fixed_step = 1.0;
-    replay.physics.time.allow_unstable = true;
+    replay.physics.time_stepping.dt_fixed = 1.0;
+    replay.physics.time_stepping.allow_unstable = true;
     const auto handed = solver_of(comm, replay, partition);
     TimeStepState state_handed;
     for (const double dt : steps) EXPECT_EQ(handed->step(dt, 0, state_handed).plan.dt, dt);
@@ -248,10 +248,10 @@ TEST_F(SolverTest, AdaptiveAndFixedStepsAgreeToFirstOrder) {
   const auto run = [&](TimeStepMode mode, double elastic_cfl) {
     SolverScene scene = empty_scene({}, {12, 12, 12}, {false, false, false});
     add_block(scene, scene.physics.grid.lower + Vec3(0.3, 0.3, 0.3), {12, 12, 12}, 0, Vec3(0.3, -0.2, 0.1));
-    TimeStepSettings& time = scene.physics.time;
+    TimeStepSettings& time = scene.physics.time_stepping;
     time.mode = mode;
     time.elastic_cfl = elastic_cfl;
-    time.fixed_step = elastic_cfl * 0.1 / 12.0;  // a little below the adaptive limit: c = 11.8 m/s at rest
+    time.dt_fixed = elastic_cfl * 0.1 / 12.0;  // a little below the adaptive limit: c = 11.8 m/s at rest
     const auto solver = solver_of(comm, scene, partition_of(comm, scene, PartitionMethod::ranges));
     TimeStepState state;
     for (double t = 0.0; t < end;) {
@@ -276,9 +276,9 @@ TEST_F(SolverTest, AdaptiveAndFixedStepsAgreeToFirstOrder) {
 
 TEST_F(SolverTest, TooSmallASmallestStepEndsTheRunAlikeOnEveryRank) {
   SolverScene scene = shearing_scene(some_transfers()[0], 100.0);
-  scene.physics.time.initial_step = 5e-4;
-  scene.physics.time.smallest_step = 4e-4;
-  scene.physics.time.deformation_limit = 1e-3;
+  scene.physics.time_stepping.dt_initial = 5e-4;
+  scene.physics.time_stepping.dt_min = 4e-4;
+  scene.physics.time_stepping.deformation_limit = 1e-3;
   for (int c = 0; c < 9; ++c) std::fill_n(scene.particles.real(Field::affine_velocity, c), scene.particles.size(), 0.0);
   scene.physics.transfer.scheme = TransferScheme::pic;
   const auto solver = solver_of(comm, scene, partition_of(comm, scene, PartitionMethod::ranges));
@@ -306,8 +306,8 @@ TEST_F(SolverTest, AnAccelerationFieldMovesParticlesTheSameOnAnyNumberOfRanks) {
     scene.physics.gravity = Vec3(0.0, 0.0, -1.0);
     scene.physics.acceleration_field.text = {"3 + t", "0", "1"};
     add_block(scene, scene.physics.grid.lower + Vec3(0.3, 0.3, 0.3), {4, 4, 4}, 1, Vec3::Zero());
-    scene.physics.time.mode = TimeStepMode::fixed;
-    scene.physics.time.fixed_step = 1e-4;
+    scene.physics.time_stepping.mode = TimeStepMode::fixed;
+    scene.physics.time_stepping.dt_fixed = 1e-4;
     const auto alone = solver_of(self, scene, partition_of(self, scene, PartitionMethod::uniform));
     const auto solver = solver_of(comm, scene, partition_of(comm, scene, PartitionMethod::uniform));
     TimeStepState state_alone, state;
@@ -330,8 +330,8 @@ TEST_F(SolverTest, AnAccelerationWithoutAValueIsTheSameErrorOnEveryRank) {
     SolverScene scene = empty_scene(some_transfers()[0], {8, 8, 8}, {false, false, false});
     add_block(scene, scene.physics.grid.lower + Vec3(0.3, 0.3, 0.3), {4, 4, 4}, 1, Vec3::Zero());
     scene.physics.acceleration_field.text = {"t < 1 ? 0 : sqrt(-1)", "0", "0"};
-    scene.physics.time.mode = adaptive ? TimeStepMode::adaptive : TimeStepMode::fixed;
-    scene.physics.time.fixed_step = 1e-4;
+    scene.physics.time_stepping.mode = adaptive ? TimeStepMode::adaptive : TimeStepMode::fixed;
+    scene.physics.time_stepping.dt_fixed = 1e-4;
     const auto solver = solver_of(comm, scene, partition_of(comm, scene, PartitionMethod::uniform));
     TimeStepState state;
     solver->step(1.0, 0, state, 0.5);
@@ -418,7 +418,7 @@ TEST_F(SolverTest, AParticleThatIsNotFiniteIsNamedAndCountedOnce) {
 
 TEST_F(SolverTest, AVelocityThatIsNotFiniteIsNamedWhenTheStepIsJudged) {
   SolverScene scene = empty_scene({}, {8, 8, 8}, {false, false, false});
-  scene.physics.time.mode = TimeStepMode::adaptive;
+  scene.physics.time_stepping.mode = TimeStepMode::adaptive;
   add_particle(scene, Vec3(0.1, 0.6, 0.5));
   add_particle(scene, Vec3(-0.2, 0.3, 0.2), Vec3(std::numeric_limits<double>::quiet_NaN(), 0.0, 0.0));  // far from the other
   const std::string text = sentence([&] {

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "bulkley/kernel/p2g.hpp"
+#include "kernel/p2g.hpp"
 #include "support/reference_particles.hpp"
 #include "support/solver_run.hpp"
 
@@ -71,7 +71,7 @@ class SolverReferenceTest : public testing::Test {
       largest_mass = std::max(largest_mass, scene.particles.real(Field::mass)[p]);
     Difference last;
     for (int step = 0; step < n_steps; ++step) {
-      const double dt = scene.physics.time.fixed_step;
+      const double dt = scene.physics.time_stepping.dt_fixed;
       // Both draw the line of empty nodes at the same mass.
       reference.empty_node =
           0x1p-48 * sum_bounds(scene.physics.grid, scene.physics.transfer, solver->bounds(), dt).mass / largest_mass;

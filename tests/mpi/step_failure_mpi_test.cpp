@@ -1,7 +1,7 @@
 // ranks: 1 2 4
 // Motion that is finite and still must not go on: the step ends with the particle's name, place and what to try, alike on
 // every rank.
-#include "bulkley/solver/failure.hpp"
+#include "stepping/failure.hpp"
 
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@ class StepFailureTest : public testing::Test {
  protected:
   Comm comm{PETSC_COMM_WORLD};
 
-  // A block at rest, and a particle far from it that is the culprit: id 27, at `place`.
+  // A block at rest, and a particle far from it that is the offender: id 27, at `place`.
   SolverScene scene_with_culprit() {
     SolverScene scene = empty_scene({}, {8, 8, 8}, {false, false, false});
     add_block(scene, scene.physics.grid.lower, {3, 3, 3}, 1, Vec3::Zero());
@@ -48,7 +48,7 @@ class StepFailureTest : public testing::Test {
 
 TEST_F(StepFailureTest, ACrushedParticle) {
   SolverScene scene = scene_with_culprit();
-  scene.physics.time.smallest_volume_ratio = 0.05;
+  scene.physics.time_stepping.smallest_volume_ratio = 0.05;
   scene.particles.real(Field::volume_ratio)[27] = 0.06;
   EXPECT_EQ(failure_of(scene).text, "");
   scene.particles.real(Field::volume_ratio)[27] = 0.04;
@@ -64,8 +64,8 @@ TEST_F(StepFailureTest, ACrushedParticle) {
 
 TEST_F(StepFailureTest, AParticleThatHasGrownBeyondAllBounds) {
   SolverScene scene = scene_with_culprit();
-  scene.physics.time.allow_unstable = true;  // so large a particle is stiff
-  scene.physics.time.largest_volume_ratio = 50.0;
+  scene.physics.time_stepping.allow_unstable = true;  // so large a particle is stiff
+  scene.physics.time_stepping.largest_volume_ratio = 50.0;
   scene.particles.real(Field::volume_ratio)[27] = 49.0;
   EXPECT_EQ(failure_of(scene).text, "");
   scene.particles.real(Field::volume_ratio)[27] = 51.0;
@@ -75,8 +75,8 @@ TEST_F(StepFailureTest, AParticleThatHasGrownBeyondAllBounds) {
 
 TEST_F(StepFailureTest, AParticleThatMovesMoreThanACell) {
   SolverScene scene = scene_with_culprit();
-  scene.physics.time.allow_unstable = true;
-  scene.physics.time.fixed_step = 1e-3;
+  scene.physics.time_stepping.allow_unstable = true;
+  scene.physics.time_stepping.dt_fixed = 1e-3;
   scene.particles.set_vector(Field::velocity, 27, Vec3(-99.0, 0.0, 0.0));
   EXPECT_EQ(failure_of(scene).text, "");
   scene.particles.set_vector(Field::velocity, 27, Vec3(-120.0, 0.0, 0.0));

@@ -1,7 +1,7 @@
 // ranks: 1
 // The controller of the time step (docs/theory.md, "Time step"), driven without particles: a made-up motion says how a step
 // ends.
-#include "bulkley/solver/time_step.hpp"
+#include "stepping/time_step.hpp"
 
 #include <gtest/gtest.h>
 
@@ -15,8 +15,8 @@
 namespace bulkley {
 namespace {
 
-constexpr double dx = 0.1;      // m
-constexpr double plenty = 1e9;  // s to the next output
+constexpr double dx = 0.1;       // m
+constexpr double is_full = 1e9;  // s to the next output
 const std::string advice = "; see what drives it there, or set a smaller time.smallest_step";
 
 // Bounds of particles with this largest speed, wave speed and velocity gradient, each of another particle.
@@ -78,7 +78,7 @@ TEST(TimeStep, TheSmallestOfTheLimitsCountsAndNamesItsParticle) {
       {viscous(moving(0.0, 0.0, 0.0), 2.0), 0.0, 0.5 * dx * dx / (6.0 * 2.0), Limiter::viscous, 44},
   };
   for (const Case& c : cases) {
-    settings.largest_step = c.largest;
+    settings.dt_max = c.largest;
     const TimeStepLimit limit = time_step_limit(settings, dx, c.bounds);
     EXPECT_DOUBLE_EQ(limit.dt, c.dt);
     EXPECT_EQ(limit.limiter, c.limiter);
@@ -89,11 +89,11 @@ TEST(TimeStep, TheSmallestOfTheLimitsCountsAndNamesItsParticle) {
 TEST(TimeStep, WithoutAnyLimitTheUserIsAsked) {
   TimeStepSettings settings;
   TimeStepState state;
-  EXPECT_EQ(message_of([&] { plan_step(settings, dx, moving(0, 0, 0), plenty, state); }),
+  EXPECT_EQ(message_of([&] { plan_step(settings, dx, moving(0, 0, 0), is_full, state); }),
             "nothing limits the time step (no particle moves or has stiffness); set time.largest_step");
-  settings.largest_step = 1e-3;
+  settings.dt_max = 1e-3;
   TimeStepState fresh;
-  EXPECT_DOUBLE_EQ(plan_step(settings, dx, moving(0, 0, 0), plenty, fresh).dt, 1e-4);
+  EXPECT_DOUBLE_EQ(plan_step(settings, dx, moving(0, 0, 0), is_full, fresh).dt, 1e-4);
 }
 
 // --- growth ----------------------------------------------------------------------------------------------------------
@@ -109,7 +109,7 @@ TEST(TimeStep, TranslationClimbsByTheGrowthFactorToTheLimit) {
   double expected = 0.1 * limit;
   int n_attempts = 0;
   for (int step = 0; step < 60; ++step) {
-    const TimeStepPlan plan = take_step(settings, motion, motion, plenty, state);
+    const TimeStepPlan plan = take_step(settings, motion, motion, is_full, state);
     const bool attempt = plan.dt > expected * 1.0001;
     if (attempt) {
       expected = std::min(limit, expected * settings.growth);
@@ -124,22 +124,22 @@ TEST(TimeStep, TranslationClimbsByTheGrowthFactorToTheLimit) {
   EXPECT_EQ(state.n_trials, 6);
   EXPECT_EQ(state.n_accepted, 6);
   EXPECT_EQ(state.n_rejected, 0);
-  EXPECT_DOUBLE_EQ(state.stable_step, limit);
+  EXPECT_DOUBLE_EQ(state.dt_stable, limit);
 }
 
 // T12 (ii): under a shear of 100/s no step above theta / 100 is taken, whatever the other limits allow.
 TEST(TimeStep, ShearBoundsTheAcceptedStep) {
   TimeStepSettings settings;
-  settings.initial_step = 0.04;
+  settings.dt_initial = 0.04;
   settings.trial_interval = 2;
   TimeStepState state;
   const StepBounds still = moving(1.0, 0.0, 0.0), sheared = moving(1.0, 0.0, 100.0);
-  TimeStepPlan plan = take_step(settings, still, sheared, plenty, state);  // unforeseen: the particles were at rest
+  TimeStepPlan plan = take_step(settings, still, sheared, is_full, state);  // unforeseen: the particles were at rest
   EXPECT_LE(plan.dt, 1e-3);
   EXPECT_GT(plan.dt, 0.5e-3);
   EXPECT_EQ(state.n_rejected, 6);  // halved from 0.04
   for (int step = 0; step < 100; ++step) {
-    plan = take_step(settings, sheared, sheared, plenty, state);
+    plan = take_step(settings, sheared, sheared, is_full, state);
     EXPECT_LE(plan.dt, 1e-3);
   }
   EXPECT_NEAR(plan.dt, 0.8e-3, 1e-9);  // the margin of the prediction
@@ -148,17 +148,17 @@ TEST(TimeStep, ShearBoundsTheAcceptedStep) {
 
 TEST(TimeStep, ALimitThatShrinksCountsAtOnce) {
   TimeStepSettings settings;
-  settings.initial_step = 1e-2;
+  settings.dt_initial = 1e-2;
   TimeStepState state;
-  take_step(settings, moving(1.0, 0, 0), moving(1.0, 0, 0), plenty, state);
-  const TimeStepPlan plan = take_step(settings, moving(50.0, 0, 0), moving(50.0, 0, 0), plenty, state);
+  take_step(settings, moving(1.0, 0, 0), moving(1.0, 0, 0), is_full, state);
+  const TimeStepPlan plan = take_step(settings, moving(50.0, 0, 0), moving(50.0, 0, 0), is_full, state);
   EXPECT_DOUBLE_EQ(plan.dt, 0.5 * dx / 50.0);
   EXPECT_EQ(plan.limiter, Limiter::speed);
   EXPECT_EQ(plan.id, 11);
   EXPECT_FALSE(plan.trial);
-  EXPECT_DOUBLE_EQ(state.stable_step, plan.dt);
+  EXPECT_DOUBLE_EQ(state.dt_stable, plan.dt);
   // It does not jump back when the limit widens again.
-  EXPECT_DOUBLE_EQ(plan_step(settings, dx, moving(1.0, 0, 0), plenty, state).dt, plan.dt);
+  EXPECT_DOUBLE_EQ(plan_step(settings, dx, moving(1.0, 0, 0), is_full, state).dt, plan.dt);
 }
 
 // --- rejection -------------------------------------------------------------------------------------------------------
@@ -166,17 +166,17 @@ TEST(TimeStep, ALimitThatShrinksCountsAtOnce) {
 TEST(TimeStep, ARejectedTrialFallsBackToTheStableStepAndDoublesTheWait) {
   TimeStepSettings settings;
   settings.trial_interval = 4;
-  settings.initial_step = 1e-3;
+  settings.dt_initial = 1e-3;
   TimeStepState state;
   const StepBounds before = moving(1.0, 0.0, 10.0);
   const StepBounds motion = moving(1.0, 0.0, 90.0);  // 1e-3 s is fine, 1.5e-3 s is not
   std::vector<int> attempts;
   GlobalIndex n_rejected = 0;
   for (int step = 0; step < 150; ++step) {
-    const TimeStepPlan plan = take_step(settings, before, motion, plenty, state);
+    const TimeStepPlan plan = take_step(settings, before, motion, is_full, state);
     EXPECT_DOUBLE_EQ(plan.dt, 1e-3);
     EXPECT_FALSE(plan.trial);
-    EXPECT_DOUBLE_EQ(state.stable_step, 1e-3);
+    EXPECT_DOUBLE_EQ(state.dt_stable, 1e-3);
     if (state.n_rejected > n_rejected) attempts.push_back(step);
     n_rejected = state.n_rejected;
   }
@@ -185,41 +185,41 @@ TEST(TimeStep, ARejectedTrialFallsBackToTheStableStepAndDoublesTheWait) {
   EXPECT_EQ(state.n_accepted, 0);
 
   // The cool-down has an end, and an accepted trial resets it.
-  for (int step = 0; step < 10000; ++step) take_step(settings, before, motion, plenty, state);
+  for (int step = 0; step < 10000; ++step) take_step(settings, before, motion, is_full, state);
   EXPECT_EQ(state.wait, 1000);
   const StepBounds calm = moving(1.0, 0.0, 10.0);
-  while (state.n_accepted == 0) take_step(settings, calm, calm, plenty, state);
+  while (state.n_accepted == 0) take_step(settings, calm, calm, is_full, state);
   EXPECT_EQ(state.wait, settings.trial_interval);
 }
 
 TEST(TimeStep, AnyOtherBadStepHalvesTheStableStepUntilTheSmallest) {
   TimeStepSettings settings;
-  settings.initial_step = 1e-2;
-  settings.smallest_step = 3e-3;
+  settings.dt_initial = 1e-2;
+  settings.dt_min = 3e-3;
   TimeStepState state;
   const StepBounds still = moving(1.0, 0.0, 0.0), torn = moving(1.0, 0.0, 1e6);
   EXPECT_EQ(
-      message_of([&] { take_step(settings, still, torn, plenty, state); }),
+      message_of([&] { take_step(settings, still, torn, is_full, state); }),
       "the time step would fall below its smallest value of 0.003 s: even that step deforms a particle by more than 0.1" +
           advice);
   EXPECT_EQ(state.n_rejected, 3);  // 1e-2, 5e-3, then 3e-3 itself
   // The smallest step itself is tried, not one below it.
   TimeStepState other;
-  EXPECT_DOUBLE_EQ(take_step(settings, still, moving(1.0, 0.0, 30.0), plenty, other).dt, 3e-3);
+  EXPECT_DOUBLE_EQ(take_step(settings, still, moving(1.0, 0.0, 30.0), is_full, other).dt, 3e-3);
 }
 
 TEST(TimeStep, ALimitBelowTheSmallestStepIsAnError) {
   TimeStepSettings settings;
-  settings.smallest_step = 1e-3;
+  settings.dt_min = 1e-3;
   TimeStepState state;
-  EXPECT_EQ(message_of([&] { plan_step(settings, dx, moving(1.0, 100.0, 0.0), plenty, state); }),
+  EXPECT_EQ(message_of([&] { plan_step(settings, dx, moving(1.0, 100.0, 0.0), is_full, state); }),
             "the elastic limit of 0.0004 s (particle 22) is below the smallest time step of 0.001 s" + advice);
   // By default a millionth of the first limit.
   TimeStepSettings defaults;
   TimeStepState other;
-  take_step(defaults, moving(1.0, 0, 0), moving(1.0, 0, 0), plenty, other);
-  EXPECT_EQ(message_of([&] { plan_step(defaults, dx, moving(0.99e6, 0, 0), plenty, other); }), "no error");
-  EXPECT_EQ(message_of([&] { plan_step(defaults, dx, moving(2e6, 0, 0), plenty, other); }),
+  take_step(defaults, moving(1.0, 0, 0), moving(1.0, 0, 0), is_full, other);
+  EXPECT_EQ(message_of([&] { plan_step(defaults, dx, moving(0.99e6, 0, 0), is_full, other); }), "no error");
+  EXPECT_EQ(message_of([&] { plan_step(defaults, dx, moving(2e6, 0, 0), is_full, other); }),
             "the speed limit of 2.5e-08 s (particle 11) is below the smallest time step of 5e-08 s" + advice);
 }
 
@@ -238,25 +238,25 @@ TEST(TimeStep, WhatIsAcceptable) {
 
 TEST(TimeStep, RiskyStepsAreChecked) {
   TimeStepSettings settings;
-  settings.initial_step = 1e-3;
+  settings.dt_initial = 1e-3;
   settings.trial_interval = 100;
   TimeStepState state;
   const StepBounds calm = moving(1.0, 0.0, 1.0);
-  EXPECT_TRUE(take_step(settings, calm, calm, plenty, state).checked) << "the first step is";
-  EXPECT_FALSE(plan_step(settings, dx, calm, plenty, state).checked);
-  EXPECT_TRUE(plan_step(settings, dx, moving(1.0, 0.0, 51.0), plenty, state).checked) << "deformation near the limit";
-  EXPECT_TRUE(plan_step(settings, dx, moving(17.0, 0.0, 0.0), plenty, state).checked) << "fast enough for a hard contact";
+  EXPECT_TRUE(take_step(settings, calm, calm, is_full, state).checked) << "the first step is";
+  EXPECT_FALSE(plan_step(settings, dx, calm, is_full, state).checked);
+  EXPECT_TRUE(plan_step(settings, dx, moving(1.0, 0.0, 51.0), is_full, state).checked) << "deformation near the limit";
+  EXPECT_TRUE(plan_step(settings, dx, moving(17.0, 0.0, 0.0), is_full, state).checked) << "fast enough for a hard contact";
   settings.deformation_check = DeformationCheck::always;
-  EXPECT_TRUE(plan_step(settings, dx, calm, plenty, state).checked);
+  EXPECT_TRUE(plan_step(settings, dx, calm, is_full, state).checked);
 }
 
 TEST(TimeStep, UncheckedStepsThatDeformTooMuchAreCounted) {
   TimeStepSettings settings;
-  settings.initial_step = 1e-3;
+  settings.dt_initial = 1e-3;
   TimeStepState state;
   const StepBounds calm = moving(1.0, 0.0, 1.0);
-  take_step(settings, calm, calm, plenty, state);
-  take_step(settings, calm, moving(1.0, 0.0, 200.0), plenty, state);
+  take_step(settings, calm, calm, is_full, state);
+  take_step(settings, calm, moving(1.0, 0.0, 200.0), is_full, state);
   EXPECT_EQ(state.n_unchecked_large, 1);
 }
 
@@ -264,8 +264,8 @@ TEST(TimeStep, UncheckedStepsThatDeformTooMuchAreCounted) {
 
 TEST(TimeStep, OutputsAreMetExactlyAndNeverChangeTheStableStep) {
   TimeStepSettings settings;
-  settings.initial_step = 1e-3;
-  settings.largest_step = 1e-3;
+  settings.dt_initial = 1e-3;
+  settings.dt_max = 1e-3;
   TimeStepState state;
   const StepBounds motion = moving(1.0, 0.0, 0.0);
   const double interval = 2.7e-3;
@@ -278,7 +278,7 @@ TEST(TimeStep, OutputsAreMetExactlyAndNeverChangeTheStableStep) {
       time = landed ? target : time + plan.dt;
       smallest = std::min(smallest, plan.dt);
       EXPECT_EQ(plan.limiter == Limiter::output, !plan.full);
-      EXPECT_EQ(state.stable_step, 1e-3);
+      EXPECT_EQ(state.dt_stable, 1e-3);
       EXPECT_LE(time, target);
     }
     EXPECT_GT(smallest, 0.4e-3) << "no slivers";
@@ -288,7 +288,7 @@ TEST(TimeStep, OutputsAreMetExactlyAndNeverChangeTheStableStep) {
 
 TEST(TimeStep, AStepThatFitsButForRoundingIsAWholeStep) {
   TimeStepSettings settings;
-  settings.initial_step = settings.largest_step = 1e-3;
+  settings.dt_initial = settings.dt_max = 1e-3;
   TimeStepState state;
   const StepBounds motion = moving(1.0, 0.0, 0.0);
   for (const double remaining : {1e-3, 1e-3 * (1.0 + 1e-12), 1e-3 * (1.0 - 1e-12)}) {
@@ -305,11 +305,11 @@ TEST(TimeStep, AStepThatFitsButForRoundingIsAWholeStep) {
 // Without an accepted trial the step never grows; a trial that cannot be made in full is put off.
 TEST(TimeStep, ATrialThatAnOutputWouldClipIsPutOff) {
   TimeStepSettings settings;
-  settings.initial_step = 1e-3;
+  settings.dt_initial = 1e-3;
   settings.trial_interval = 1;
   TimeStepState state;
   const StepBounds motion = moving(1.0, 0.0, 0.0);
-  take_step(settings, motion, motion, plenty, state);
+  take_step(settings, motion, motion, is_full, state);
   for (const double remaining : {1.2e-3, 1.4e-3, 2.2e-3, 2.9e-3}) {
     const TimeStepPlan plan = plan_step(settings, dx, motion, remaining, state);
     EXPECT_FALSE(plan.trial);
@@ -328,31 +328,31 @@ TEST(TimeStep, ATrialThatAnOutputWouldClipIsPutOff) {
 TEST(TimeStep, AFixedStepAboveTheLimitsIsRefused) {
   TimeStepSettings settings;
   settings.mode = TimeStepMode::fixed;
-  settings.fixed_step = 1e-3;
+  settings.dt_fixed = 1e-3;
   TimeStepState state;
   const std::string refusal =
       "the fixed time step of 0.001 s is above the elastic limit of 0.0004 s (particle 22); choose a smaller time.step, "
       "mode = \"adaptive\", or allow_unstable = true";
-  EXPECT_EQ(message_of([&] { plan_step(settings, dx, moving(1.0, 100.0, 0.0), plenty, state); }), refusal);
+  EXPECT_EQ(message_of([&] { plan_step(settings, dx, moving(1.0, 100.0, 0.0), is_full, state); }), refusal);
   // Also when the deformation, which alone would be allowed, limits even more.
-  EXPECT_EQ(message_of([&] { plan_step(settings, dx, moving(1.0, 100.0, 1e4), plenty, state); }), refusal);
-  EXPECT_EQ(plan_step(settings, dx, moving(1.0, 10.0, 1e4), plenty, state).dt, 1e-3);
+  EXPECT_EQ(message_of([&] { plan_step(settings, dx, moving(1.0, 100.0, 1e4), is_full, state); }), refusal);
+  EXPECT_EQ(plan_step(settings, dx, moving(1.0, 10.0, 1e4), is_full, state).dt, 1e-3);
   settings.allow_unstable = true;
-  EXPECT_EQ(plan_step(settings, dx, moving(1.0, 100.0, 0.0), plenty, state).dt, 1e-3);
+  EXPECT_EQ(plan_step(settings, dx, moving(1.0, 100.0, 0.0), is_full, state).dt, 1e-3);
 }
 
 // Viscosity is a matter of stability, too.
 TEST(TimeStep, AFixedStepAboveTheViscousLimitIsRefused) {
   TimeStepSettings settings;
   settings.mode = TimeStepMode::fixed;
-  settings.fixed_step = 1e-3;
+  settings.dt_fixed = 1e-3;
   settings.viscous_cfl = 0.3;
   TimeStepState state;
   EXPECT_EQ(
-      message_of([&] { plan_step(settings, dx, viscous(moving(1.0, 1.0, 0.0), 1.0), plenty, state); }),
+      message_of([&] { plan_step(settings, dx, viscous(moving(1.0, 1.0, 0.0), 1.0), is_full, state); }),
       "the fixed time step of 0.001 s is above the viscous limit of 0.0005 s (particle 44); choose a smaller time.step, "
       "mode = \"adaptive\", or allow_unstable = true");
-  EXPECT_EQ(plan_step(settings, dx, viscous(moving(1.0, 1.0, 0.0), 0.4), plenty, state).dt, 1e-3);
+  EXPECT_EQ(plan_step(settings, dx, viscous(moving(1.0, 1.0, 0.0), 0.4), is_full, state).dt, 1e-3);
 }
 
 TEST(TimeStep, TheViscousLimitIsNamed) { EXPECT_STREQ(name(Limiter::viscous), "viscous"); }
@@ -360,11 +360,11 @@ TEST(TimeStep, TheViscousLimitIsNamed) { EXPECT_STREQ(name(Limiter::viscous), "v
 TEST(TimeStep, AFixedStepStaysButForOutputs) {
   TimeStepSettings settings;
   settings.mode = TimeStepMode::fixed;
-  settings.fixed_step = 1e-3;
+  settings.dt_fixed = 1e-3;
   TimeStepState state;
   const StepBounds motion = moving(1.0, 1.0, 1.0);
   for (int step = 0; step < 30; ++step) {
-    const TimeStepPlan plan = take_step(settings, motion, motion, plenty, state);
+    const TimeStepPlan plan = take_step(settings, motion, motion, is_full, state);
     EXPECT_EQ(plan.dt, 1e-3);
     EXPECT_EQ(plan.limiter, Limiter::fixed);
     EXPECT_FALSE(plan.trial);
@@ -372,7 +372,7 @@ TEST(TimeStep, AFixedStepStaysButForOutputs) {
   const TimeStepPlan last = take_step(settings, motion, motion, 0.3e-3, state);
   EXPECT_EQ(last.dt, 0.3e-3);
   EXPECT_TRUE(last.lands);
-  EXPECT_EQ(take_step(settings, motion, motion, plenty, state).dt, 1e-3);
+  EXPECT_EQ(take_step(settings, motion, motion, is_full, state).dt, 1e-3);
 }
 
 }  // namespace

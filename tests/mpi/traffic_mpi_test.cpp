@@ -1,5 +1,5 @@
 // ranks: 1 2 3 4
-#include "bulkley/domain/traffic.hpp"
+#include "balance/traffic.hpp"
 
 #include <gtest/gtest.h>
 #include <petscsys.h>
@@ -8,8 +8,8 @@
 #include <random>
 #include <set>
 
-#include "bulkley/domain/exchange.hpp"
-#include "bulkley/kernel/cells.hpp"
+#include "distribution/exchange.hpp"
+#include "kernel/cells.hpp"
 #include "support/tile_loads.hpp"
 
 namespace bulkley {

@@ -10,13 +10,10 @@ import sys
 
 # --- rule 1: a file includes only its own module and modules before it ---------------------------------------------------
 
-LAYERS = ["base", "config", "material", "particle", "kernel", "rheometer", "domain", "solver", "io", "scene", "simulation",
-          "drivers"]
-
-# Modules (and single headers of later modules) that are built without MPI, PETSc or HDF5.
-CORE_LAYERS = {"base", "config", "material", "particle", "kernel", "rheometer", "scene"}
-NOT_CORE = {"base/parallel", "base/petsc", "base/log", "base/gather"}
-CORE_HEADERS_OF_LATER_LAYERS = re.compile(r"^(domain|solver|io)/(settings|time_step|failure|\w+_keys)\.hpp$")
+# The folders of src in the order of docs/architecture.md; the library without MPI, PETSc and HDF5 ends with `scene`.
+CORE_MODULES = ["base", "config", "geometry", "grid", "particle", "material", "kernel", "stepping", "balance", "rheometer",
+                "scene"]
+MODULES = CORE_MODULES + ["parallel", "distribution", "field", "integrator", "rebalance", "io", "simulation", "drivers"]
 PARALLEL_HEADERS = re.compile(r"^(mpi\.h|petsc\w*\.h|hdf5\w*\.h|H5\w*\.h)$")
 
 # --- rule 2: every call of MPI, PETSc or HDF5 is checked -----------------------------------------------------------------
@@ -39,15 +36,15 @@ NO_ERROR_TO_CHECK = {
 # The code that reports a failed call and ends all ranks cannot check its own calls that way. (file, name): why.
 # An exception that nothing needs is a fault.
 SITE_EXCEPTIONS = {
-    ("src/base/parallel.cpp", "MPI_Error_string"): "part of reporting a failed call",
-    ("src/base/parallel.cpp", "MPI_Initialized"): "part of ending all ranks",
-    ("src/base/parallel.cpp", "MPI_Finalized"): "part of ending all ranks",
-    ("src/base/parallel.cpp", "MPI_Comm_rank"): "part of ending all ranks",
-    ("src/base/parallel.cpp", "PETSC_COMM_WORLD"): "an abort must reach all ranks, whatever communicator is at hand",
-    ("src/base/petsc.cpp", "PetscErrorMessage"): "part of reporting a failed call",
-    ("drivers/version.cpp", "PetscGetVersion"): "compared by hand: a missing version text is no reason to end",
-    ("drivers/version.cpp", "MPI_Get_library_version"): "compared by hand: a missing version text is no reason to end",
-    ("drivers/program.cpp", "PetscInitialize"): "compared by hand: the macro's abort needs an initialised PETSc",
+    ("src/parallel/comm.cpp", "MPI_Error_string"): "part of reporting a failed call",
+    ("src/parallel/comm.cpp", "MPI_Initialized"): "part of ending all ranks",
+    ("src/parallel/comm.cpp", "MPI_Finalized"): "part of ending all ranks",
+    ("src/parallel/comm.cpp", "MPI_Comm_rank"): "part of ending all ranks",
+    ("src/parallel/comm.cpp", "PETSC_COMM_WORLD"): "an abort must reach all ranks, whatever communicator is at hand",
+    ("src/parallel/petsc.cpp", "PetscErrorMessage"): "part of reporting a failed call",
+    ("drivers/program/version.cpp", "PetscGetVersion"): "compared by hand: a missing version text is no reason to end",
+    ("drivers/program/version.cpp", "MPI_Get_library_version"): "compared by hand: a missing version text is no reason to end",
+    ("drivers/program/program.cpp", "PetscInitialize"): "compared by hand: the macro's abort needs an initialised PETSc",
 }
 
 # --- the other rules ------------------------------------------------------------------------------------------------------
@@ -74,26 +71,18 @@ def line_of(text, position):
     return text.count("\n", 0, position) + 1
 
 
-def layer_of(path):
-    """Module of a source file given relative to the root, and its name below include/bulkley or src."""
+def module_of(path):
+    """Module of a source file given relative to the root: drivers, or its folder below src or include/bulkley."""
     parts = path.parts
     if parts[0] == "drivers":
-        return "drivers", "/".join(parts)
-    inner = parts[2:] if parts[0] == "include" else parts[1:]
-    name = "/".join(inner)
-    return header_layer(name), name
+        return "drivers"
+    return header_module("/".join(parts[2:] if parts[0] == "include" else parts[1:]))
 
 
-def header_layer(name):
-    """Module of a header or source given below include/bulkley or src: its folder; outside one, scene or simulation."""
-    if "/" in name:
-        return name.split("/")[0]
-    return "scene" if name.startswith("scene") else "simulation"
-
-
-def is_core(name):
-    stem = name.rsplit(".", 1)[0]
-    return (header_layer(name) in CORE_LAYERS and stem not in NOT_CORE) or bool(CORE_HEADERS_OF_LATER_LAYERS.match(name))
+def header_module(name):
+    """Module of a header given below src or include/bulkley. bulkley/program.hpp is the face of drivers/."""
+    folder = name.split("/")[0]
+    return "drivers" if folder in ("program.hpp", "program", "bench") else folder
 
 
 def includes(text):
@@ -108,24 +97,25 @@ def is_excepted(path, name, used_exceptions):
     return (path.as_posix(), name) in SITE_EXCEPTIONS
 
 
-def check_layers(path, text):
-    layer, name = layer_of(path)
-    if layer not in LAYERS:
-        yield 1, f"stands in no module of the list {', '.join(LAYERS)}"
+def check_modules(path, text):
+    module = module_of(path)
+    if module not in MODULES:
+        yield 1, f"is in no module of the list {', '.join(MODULES)}"
         return
     for line, header in includes(text):
-        if PARALLEL_HEADERS.match(header) and is_core(name):
-            yield line, f"core module '{layer}' includes {header}"
-        if not header.startswith("bulkley/") or header == "bulkley/version.hpp":
+        if PARALLEL_HEADERS.match(header) and module in CORE_MODULES:
+            yield line, f"module '{module}' is built without MPI, PETSc and HDF5, and includes {header}"
+        if header == "bulkley/version.hpp" or "/" not in header or not header.endswith(".hpp"):
             continue
-        header = header[len("bulkley/"):]
-        if is_core(name) and not is_core(header):
-            yield line, f"core file includes {header}, which needs MPI, PETSc or HDF5"
-        other = header_layer(header)
-        if other not in LAYERS:
-            yield line, f"includes {header}, which stands in no module"
-        elif LAYERS.index(other) > LAYERS.index(layer):
-            yield line, f"module '{layer}' includes {header} of the later module '{other}'"
+        is_public = header.startswith("bulkley/")
+        if path.parts[0] == "include" and not is_public and header_module(header) in MODULES:
+            yield line, f"a public header includes the private {header}"
+        other = header_module(header.removeprefix("bulkley/"))
+        if other not in MODULES:
+            if is_public:
+                yield line, f"includes {header}, which is in no module"
+        elif MODULES.index(other) > MODULES.index(module):
+            yield line, f"module '{module}' includes {header} of the later module '{other}'"
 
 
 def check_bare_calls(path, text, used_exceptions):
@@ -208,7 +198,7 @@ def check_tree(root):
             if path.suffix == ".hpp":
                 faults += check_header(text)
             if path.parts[0] in ("include", "src", "drivers"):
-                faults += check_layers(path, text)
+                faults += check_modules(path, text)
                 faults += check_bare_calls(path, text, used_exceptions)
         for line, sentence in faults:
             yield path, line, sentence

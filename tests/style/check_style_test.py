@@ -9,13 +9,13 @@ import check_style
 
 # A tree that breaks no rule and needs every exception.
 GOOD = {
-    "src/base/parallel.cpp": "void abort() {\n  MPI_Error_string(a);\n  MPI_Initialized(&b);\n  MPI_Finalized(&c);\n"
+    "src/parallel/comm.cpp": "void abort() {\n  MPI_Error_string(a);\n  MPI_Initialized(&b);\n  MPI_Finalized(&c);\n"
                              "  MPI_Comm_rank(PETSC_COMM_WORLD, &d);\n}\n",
-    "src/base/petsc.cpp": "void report() {\n  PetscErrorMessage(code, &text, &detail);\n}\n",
-    "src/domain/exchange.cpp":
+    "src/parallel/petsc.cpp": "void report() {\n  PetscErrorMessage(code, &text, &detail);\n}\n",
+    "src/distribution/exchange.cpp":
         "#include <mpi.h>\nvoid f() {\n  BULKLEY_MPI(MPI_Send(a, (b), g(c),\n                       d));\n}\n",
-    "drivers/version.cpp": "bool f() {\n  return PetscGetVersion(a, 9) != 0 || MPI_Get_library_version(b, &n) != 0;\n}\n",
-    "drivers/program.cpp": '#include "bulkley/simulation.hpp"\n#include "bulkley/version.hpp"\nComm comm(MPI_COMM_WORLD);\n'
+    "drivers/program/version.cpp": "bool f() {\n  return PetscGetVersion(a, 9) != 0 || MPI_Get_library_version(b, &n) != 0;\n}\n",
+    "drivers/program/program.cpp": '#include "simulation/simulation.hpp"\n#include "bulkley/version.hpp"\nComm comm(MPI_COMM_WORLD);\n'
                            "int main() {\n  if (PetscInitialize(&n, &v) != 0) return 3;\n}\n",
 }
 
@@ -45,25 +45,29 @@ class CheckStyle(unittest.TestCase):
         self.assertEqual(faults_of(GOOD), [])
 
     def test_later_module(self):
-        self.expect_fault("src/domain/a.cpp", '#include "bulkley/solver/step.hpp"\n', "later module 'solver'")
-        self.expect_fault("src/io/a.cpp", '#include "bulkley/simulation.hpp"\n', "later module 'simulation'")
-        self.expect_fault("src/particle/a.cpp", '#include "bulkley/kernel/p2g.hpp"\n', "later module 'kernel'")
-        self.expect_none("src/solver/a.cpp", '#include "bulkley/domain/grid.hpp"\n')
+        self.expect_fault("src/distribution/a.cpp", '#include "integrator/step.hpp"\n', "later module 'integrator'")
+        self.expect_fault("src/io/files/a.cpp", '#include "simulation/simulation.hpp"\n', "later module 'simulation'")
+        self.expect_fault("src/particle/a.cpp", '#include "kernel/p2g.hpp"\n', "later module 'kernel'")
+        self.expect_fault("src/base/a.cpp", '#include "bulkley/config/keys.hpp"\n', "later module 'config'")
+        self.expect_fault("src/io/a.cpp", '#include "bulkley/program.hpp"\n', "later module 'drivers'")
+        self.expect_none("src/integrator/a.cpp", '#include "field/field_grid.hpp"\n')
+
+    def test_public_headers_include_public_ones(self):
+        self.expect_fault("include/bulkley/particle/a.hpp", '#pragma once\n#include "config/keys.hpp"\n', "private config/keys.hpp")
+        self.expect_none("include/bulkley/particle/a.hpp", '#pragma once\n#include "bulkley/config/keys.hpp"\n')
 
     def test_unknown_module(self):
         self.expect_fault("src/extra/a.cpp", "int a;\n", "no module")
 
     def test_core_without_mpi(self):
-        self.expect_fault("src/kernel/a.cpp", "#include <mpi.h>\n", "core module 'kernel' includes mpi.h")
-        self.expect_fault("src/material/a.cpp", "#include <petscvec.h>\n", "includes petscvec.h")
-        self.expect_fault("src/config/a.cpp", "#include <hdf5.h>\n", "includes hdf5.h")
-        self.expect_fault("src/kernel/a.cpp", '#include "bulkley/base/parallel.hpp"\n',
-                          "core file includes base/parallel.hpp")
-        self.expect_none("include/bulkley/base/parallel.hpp", "#pragma once\n#include <mpi.h>\n")
-        self.expect_none("src/scene_core.cpp", '#include "bulkley/domain/settings.hpp"\n')
+        self.expect_fault("src/kernel/a.cpp", "#include <mpi.h>\n", "without MPI, PETSc and HDF5, and includes mpi.h")
+        self.expect_fault("src/material/laws/a.cpp", "#include <petscvec.h>\n", "includes petscvec.h")
+        self.expect_fault("src/scene/a.cpp", "#include <hdf5.h>\n", "includes hdf5.h")
+        self.expect_fault("src/scene/a.cpp", '#include "bulkley/parallel/comm.hpp"\n', "later module 'parallel'")
+        self.expect_none("include/bulkley/parallel/comm.hpp", "#pragma once\n#include <mpi.h>\n")
 
     def test_exception_that_is_not_needed(self):
-        found = faults_of({**GOOD, "src/base/petsc.cpp": "int a;\n"})
+        found = faults_of({**GOOD, "src/parallel/petsc.cpp": "int a;\n"})
         self.assertEqual(len(found), 1)
         self.assertIn("not needed any more", found[0])
 
@@ -72,17 +76,17 @@ class CheckStyle(unittest.TestCase):
                      "VecSet(v, 0);", "H5Fclose(file);", "(void)H5Fflush(file);", "if (open) H5Fclose(file);",
                      "auto code = MPI_Wait(&r, s);",
                      "BULKLEY_MPI(MPI_Send(a)); MPI_Wait(b);", "BULKLEY_ASSERT(MPI_Wait(b) == 0);"):
-            self.expect_fault("src/domain/a.cpp", f"void f() {{\n  {call}\n}}\n", "src/domain/a.cpp:2: ")
+            self.expect_fault("src/distribution/a.cpp", f"void f() {{\n  {call}\n}}\n", "src/distribution/a.cpp:2: ")
         for line in ("// MPI_Barrier(comm) would hang here",
                      'throw RunError("MPI_Send(x) failed");', "double t = MPI_Wtime();",
                      "BULKLEY_PETSC(VecSet(v, f(0)));", "MPI_Comm comm = get();",
                      "if (H5Fclose(file) < 0) stop();",
                      "const HdfSpace space(H5Screate(H5S_SCALAR));", "return H5Tcopy(a);"):
-            self.expect_none("src/domain/a.cpp", f"void f() {{\n  {line}\n}}\n")
+            self.expect_none("src/distribution/a.cpp", f"void f() {{\n  {line}\n}}\n")
         self.expect_fault("src/base/log.cpp", "void f() {\n  MPI_Initialized(&a);\n}\n", "MPI_Initialized is called outside")
 
     def test_world_communicator(self):
-        self.expect_fault("src/domain/a.cpp", "auto c = MPI_COMM_WORLD;\n", "drivers and tests only")
+        self.expect_fault("src/distribution/a.cpp", "auto c = MPI_COMM_WORLD;\n", "drivers and tests only")
         self.expect_fault("src/io/a.cpp", "auto c = PETSC_COMM_WORLD;\n", "drivers and tests only")
         self.expect_none("tests/mpi/a_mpi_test.cpp", "Comm comm(MPI_COMM_WORLD);\n")
 

@@ -11,9 +11,9 @@
 
 #include <fmt/format.h>
 
-#include "bulkley/base/parallel.hpp"
-#include "bulkley/io/hdf5_file.hpp"
+#include "bulkley/parallel/comm.hpp"
 #include "bulkley/particle/particle_set.hpp"
+#include "io/arrays/hdf5_file.hpp"
 
 namespace bulkley {
 

@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <string>
 
-#include "bulkley/base/petsc.hpp"
+#include "bulkley/parallel/petsc.hpp"
 
 namespace {
 

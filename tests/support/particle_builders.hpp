@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "bulkley/base/tensor.hpp"
-#include "bulkley/kernel/transfer.hpp"
 #include "bulkley/particle/particle_set.hpp"
+#include "kernel/transfer.hpp"
 
 namespace bulkley {
 

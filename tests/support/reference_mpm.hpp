@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include "bulkley/kernel/boundary.hpp"
-#include "bulkley/kernel/transfer.hpp"
+#include "grid/boundary.hpp"
+#include "kernel/transfer.hpp"
 
 namespace bulkley {
 

@@ -5,7 +5,7 @@
 #include <random>
 #include <vector>
 
-#include "bulkley/particle/isosurface.hpp"
+#include "geometry/isosurface.hpp"
 
 namespace bulkley::testing_support {
 

@@ -7,11 +7,11 @@
 #include <utility>
 #include <vector>
 
-#include "bulkley/kernel/bspline.hpp"
-#include "bulkley/kernel/g2p.hpp"
-#include "bulkley/kernel/grid_update.hpp"
-#include "bulkley/kernel/p2g.hpp"
-#include "bulkley/kernel/stress_update.hpp"
+#include "kernel/bspline.hpp"
+#include "kernel/g2p.hpp"
+#include "kernel/grid_update.hpp"
+#include "kernel/p2g.hpp"
+#include "kernel/stress_update.hpp"
 #include "support/particle_builders.hpp"
 
 namespace bulkley {

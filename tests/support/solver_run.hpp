@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "bulkley/kernel/stress_update.hpp"
-#include "bulkley/solver/solver.hpp"
+#include "integrator/solver.hpp"
+#include "kernel/stress_update.hpp"
 #include "support/particle_builders.hpp"
 
 namespace bulkley {
@@ -58,8 +58,8 @@ inline SolverScene empty_scene(const TransferSettings& transfer, const Int3& n_c
       .lower = Vec3(-0.3, 0.2, 0.1), .cell_size = 0.1, .n_cells = n_cells, .periodic = periodic, .order = transfer.order};
   physics.transfer = transfer;
   physics.materials = solid_and_fluid();
-  physics.time.mode = TimeStepMode::fixed;
-  physics.time.fixed_step = 1e-3;
+  physics.time_stepping.mode = TimeStepMode::fixed;
+  physics.time_stepping.dt_fixed = 1e-3;
   for (std::size_t f = 0; f < 6; ++f) physics.faces[f].kind = periodic[f / 2] ? FaceKind::periodic : FaceKind::slip;
   return scene;
 }

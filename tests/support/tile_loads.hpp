@@ -5,7 +5,7 @@
 #include <random>
 #include <vector>
 
-#include "bulkley/domain/partition.hpp"
+#include "balance/partition.hpp"
 
 namespace bulkley {
 

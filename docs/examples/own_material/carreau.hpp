@@ -3,7 +3,7 @@
 // rates. The contract is that of bulkley/material/law.hpp.
 
 #include <bulkley/material/add_law.hpp>
-#include <bulkley/material/newtonian.hpp>
+#include "material/laws/newtonian.hpp"
 
 /// tau = -p J 1 + 2 eta J dev D, with eta(rate) = eta_inf + (eta_0 - eta_inf) (1 + (lambda rate)^2)^((n - 1) / 2), the rate
 /// sqrt(2 dev D : dev D), and the pressure of bulkley::Newtonian. Counts the shear that a particle has undergone.
@@ -84,15 +84,17 @@ struct bulkley::LawKeys<Carreau> : bulkley::PlainKeys<Carreau> {
     using P = Carreau::Parameters;
     static const auto keys =
         config::Keys<P>("A fluid whose viscosity falls from one plateau to another (Carreau 1972).")
-            .key("density", &P::density,
-                 {.about = "Density at rest.", .unit = "kg/m^3", .range = config::above(0.0), .default_text = "**required**"})
+            .key(
+                "density", &P::density,
+                {.about = "Density at rest.", .unit = "kg/m^3", .range = config::above(0.0), .default_text = "**required**"})
             .key("bulk_modulus", &P::bulk_modulus,
                  {.about = "Resistance to a change of volume.",
                   .unit = "Pa",
                   .range = config::above(0.0),
                   .default_text = "**required**"})
-            .key("zero_shear_viscosity", &P::zero_shear_viscosity,
-                 {.about = "Viscosity at rest.", .unit = "Pa s", .range = config::above(0.0), .default_text = "**required**"})
+            .key(
+                "zero_shear_viscosity", &P::zero_shear_viscosity,
+                {.about = "Viscosity at rest.", .unit = "Pa s", .range = config::above(0.0), .default_text = "**required**"})
             .key("infinite_shear_viscosity", &P::infinite_shear_viscosity,
                  {.about = "Viscosity at high rates.", .unit = "Pa s", .range = config::at_least(0.0)})
             .key("relaxation_time", &P::relaxation_time,

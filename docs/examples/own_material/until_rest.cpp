@@ -3,9 +3,9 @@
 //
 //   mpirun -n 2 until_rest SCENE.toml
 
-#include <bulkley/base/petsc.hpp>
-#include <bulkley/simulation_setup.hpp>
-#include <bulkley/solver/diagnostics.hpp>
+#include <bulkley/parallel/petsc.hpp>
+#include "integrator/diagnostics.hpp"
+#include "simulation/setup.hpp"
 
 #include <algorithm>
 #include <cstdio>

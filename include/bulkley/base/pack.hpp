@@ -96,8 +96,9 @@ inline Real absolute(Real a) {
 inline double gather(const double* from, std::int64_t index) { return from[index]; }
 inline Pack gather(const double* from, PackMask index) {
   // One initialiser: lanes written one after the other would wait for each other.
-  return [&]<std::size_t... lane>(std::index_sequence<lane...>) { return Pack{from[index[lane]]...}; }
-  (std::make_index_sequence<n_lanes>{});
+  return [&]<std::size_t... lane>(std::index_sequence<lane...>) {
+    return Pack{from[index[lane]]...};
+  }(std::make_index_sequence<n_lanes>{});
 }
 
 inline double square_root(double a) { return std::sqrt(a); }

@@ -118,7 +118,7 @@ struct Codec<Vec3> : PlainCodec {
 };
 
 template <class E>
-requires std::is_enum_v<E>
+  requires std::is_enum_v<E>
 struct Codec<E> : PlainCodec {
   static std::vector<std::string> words() {
     std::vector<std::string> result;

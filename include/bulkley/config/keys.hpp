@@ -125,9 +125,7 @@ class Keys {
 
 /// A struct whose keys are declared.
 template <class T>
-concept HasKeys = requires {
-  keys(Of<T>{});
-};
+concept HasKeys = requires { keys(Of<T>{}); };
 
 template <HasKeys T>
 struct Codec<T> : PlainCodec {

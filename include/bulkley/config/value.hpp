@@ -68,7 +68,7 @@ class Faults {
   void add(const Place& place, const std::string& sentence);
   std::size_t size() const { return n_; }
   /// Whether there are more faults than anyone wants to hear of.
-  bool plenty() const { return faults_.size() >= most; }
+  bool is_full() const { return faults_.size() >= most; }
   /// Throws UsageError with one line per fault, ordered by their place; does nothing without faults.
   void throw_if_any() const;
 

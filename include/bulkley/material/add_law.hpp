@@ -14,8 +14,7 @@ namespace bulkley {
 
 /// Everything that add_law asks of a law at compile time; the rest of the contract fails where it is used.
 template <class Law>
-concept AddableLaw = std::copyable<Law> && n_internal<Law>
-<= n_added_law_variables&& requires(const Law& law) {
+concept AddableLaw = std::copyable<Law> && n_internal<Law> <= n_added_law_variables && requires(const Law& law) {
   { Law::law_name } -> std::convertible_to<const char*>;
   { Law::flows } -> std::convertible_to<bool>;
   { law.density() } -> std::same_as<double>;

@@ -1,11 +1,11 @@
-#include "bulkley/config/formula.hpp"
+#include "config/formula.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
-#include "unit/config/scene_text.hpp"
+#include "support/scene_text.hpp"
 
 namespace bulkley::scene_test {
 namespace {

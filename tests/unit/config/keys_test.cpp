@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "bulkley/base/error.hpp"
-#include "bulkley/config/choice.hpp"
+#include "config/choice.hpp"
 
 namespace bulkley::config_test {
 

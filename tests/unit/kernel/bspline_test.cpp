@@ -1,6 +1,6 @@
 // The weights have the moments of a B-spline (docs/theory.md, "Weights"), and the constants of the header follow from them.
 
-#include "bulkley/kernel/bspline.hpp"
+#include "kernel/bspline.hpp"
 
 #include <gtest/gtest.h>
 

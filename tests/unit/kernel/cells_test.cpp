@@ -1,4 +1,4 @@
-#include "bulkley/kernel/cells.hpp"
+#include "kernel/cells.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "bulkley/kernel/grid_update.hpp"
+#include "kernel/grid_update.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "bulkley/kernel/stress_update.hpp"
+#include "kernel/stress_update.hpp"
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "unit/material/law_samples.hpp"
+#include "support/law_samples.hpp"
 
 namespace bulkley {
 namespace {

@@ -7,7 +7,7 @@
 #include <limits>
 #include <random>
 
-#include "law_samples.hpp"
+#include "support/law_samples.hpp"
 
 namespace bulkley {
 namespace {

@@ -1,10 +1,10 @@
-#include "bulkley/material/drucker_prager.hpp"
+#include "material/laws/drucker_prager.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "law_samples.hpp"
+#include "support/law_samples.hpp"
 
 namespace bulkley {
 namespace {

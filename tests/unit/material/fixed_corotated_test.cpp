@@ -1,13 +1,13 @@
 // Reference: the polar decomposition by Eigen's singular values.
 
-#include "bulkley/material/fixed_corotated.hpp"
+#include "material/laws/fixed_corotated.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-#include "law_samples.hpp"
+#include "support/law_samples.hpp"
 
 namespace bulkley {
 namespace {

@@ -1,13 +1,13 @@
 // Reference: the logarithmic strain by Eigen's singular values.
 
-#include "bulkley/material/hencky.hpp"
+#include "material/laws/hencky.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-#include "law_samples.hpp"
+#include "support/law_samples.hpp"
 
 namespace bulkley {
 namespace {

@@ -1,6 +1,6 @@
 // One step of the full tensor law. Reference table: 15 digits, exact restoration of det b.
 
-#include "bulkley/material/herschel_bulkley.hpp"
+#include "material/laws/herschel_bulkley.hpp"
 
 #include <gtest/gtest.h>
 

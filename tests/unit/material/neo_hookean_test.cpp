@@ -1,4 +1,4 @@
-#include "bulkley/material/neo_hookean.hpp"
+#include "material/laws/neo_hookean.hpp"
 
 #include <gtest/gtest.h>
 

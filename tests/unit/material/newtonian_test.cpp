@@ -1,11 +1,11 @@
-#include "bulkley/material/newtonian.hpp"
+#include "material/laws/newtonian.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-#include "law_samples.hpp"
+#include "support/law_samples.hpp"
 
 namespace bulkley {
 namespace {

@@ -1,12 +1,12 @@
 // Steady and start-up shear, against the solutions of the upper-convected Maxwell model.
 
-#include "bulkley/material/oldroyd_b.hpp"
+#include "material/laws/oldroyd_b.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "law_samples.hpp"
+#include "support/law_samples.hpp"
 
 namespace bulkley {
 namespace {

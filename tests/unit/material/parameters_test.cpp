@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "bulkley/base/error.hpp"
-#include "bulkley/material/preset.hpp"
+#include "material/preset.hpp"
 #include "support.hpp"
 
 namespace bulkley {

@@ -1,6 +1,6 @@
 // Reference values: 40-digit solutions of the same equations.
 
-#include "bulkley/material/return_map.hpp"
+#include "material/return_map.hpp"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "bulkley/material/material.hpp"
+#include "material/material.hpp"
 
 namespace bulkley::material_test {
 

@@ -1,4 +1,4 @@
-#include "bulkley/particle/seeding.hpp"
+#include "particle/seeding.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // The fit of Herschel-Bulkley parameters, to curves that the test makes itself.
 
-#include "bulkley/rheometer/fit.hpp"
+#include "rheometer/fit.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <random>
 
 #include "bulkley/base/error.hpp"
-#include "bulkley/rheometer/fit_report.hpp"
+#include "rheometer/fit_report.hpp"
 
 namespace bulkley::rheometer {
 namespace {

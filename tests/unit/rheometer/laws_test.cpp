@@ -4,11 +4,11 @@
 
 #include <cmath>
 
-#include "bulkley/rheometer/analytic.hpp"
-#include "bulkley/rheometer/creep.hpp"
-#include "bulkley/rheometer/oscillation.hpp"
-#include "bulkley/rheometer/steady.hpp"
-#include "bulkley/rheometer/transient.hpp"
+#include "rheometer/analytic.hpp"
+#include "rheometer/creep.hpp"
+#include "rheometer/oscillation.hpp"
+#include "rheometer/steady.hpp"
+#include "rheometer/transient.hpp"
 #include "support.hpp"
 
 namespace bulkley::rheometer {

@@ -1,6 +1,6 @@
 // Oscillatory shear of an elastic solid, a Maxwell limit and a yielding fluid.
 
-#include "bulkley/rheometer/oscillation.hpp"
+#include "rheometer/oscillation.hpp"
 
 #include <gtest/gtest.h>
 

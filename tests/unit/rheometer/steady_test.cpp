@@ -1,6 +1,6 @@
 // The flow curve that the kernel gives, against the steady solution of the continuous model with finite elastic strain.
 
-#include "bulkley/rheometer/steady.hpp"
+#include "rheometer/steady.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <ostream>
 
 #include "bulkley/base/error.hpp"
-#include "bulkley/rheometer/analytic.hpp"
+#include "rheometer/analytic.hpp"
 #include "support.hpp"
 
 namespace bulkley::rheometer {

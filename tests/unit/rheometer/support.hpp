@@ -1,7 +1,7 @@
 #pragma once
 // Materials of the rheometer tests.
 
-#include "bulkley/material/material.hpp"
+#include "material/material.hpp"
 
 namespace bulkley::rheometer_test {
 

@@ -1,14 +1,14 @@
 // Start-up, relaxation, three intervals and creep, against the laws whose answer is known.
 
-#include "bulkley/rheometer/transient.hpp"
+#include "rheometer/transient.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "bulkley/base/error.hpp"
-#include "bulkley/rheometer/analytic.hpp"
-#include "bulkley/rheometer/creep.hpp"
+#include "rheometer/analytic.hpp"
+#include "rheometer/creep.hpp"
 #include "support.hpp"
 
 namespace bulkley::rheometer {

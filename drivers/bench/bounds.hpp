@@ -1,0 +1,51 @@
+#pragma once
+// What the step promises: every bound stands here and nowhere else (docs/performance.md, "The promises").
+
+#include <limits>
+#include <vector>
+
+#include "kernel/transfer.hpp"
+
+namespace bulkley {
+
+enum class Sense { at_most, at_least };
+
+struct Bound {
+  double limit = std::numeric_limits<double>::quiet_NaN();  ///< NaN: the figure is information
+  Sense sense = Sense::at_most;
+};
+
+namespace bench_bounds {
+inline constexpr Bound spread_over_sizes{1.15};            ///< dearest over cheapest particle, 100 000 to 10 000 000 of them
+inline constexpr Bound empty_domain{1.10};                 ///< a step in 16 times the ball's box, over one in the box
+inline constexpr Bound bytes_per_particle{350.0};          ///< of a million particles on one rank
+inline constexpr Bound forecast_error{1.20};               ///< measured over foretold memory, or the other way round
+inline constexpr Bound two_ranks{1.85, Sense::at_least};   ///< throughput over that of one rank
+inline constexpr Bound eight_ranks{0.5, Sense::at_least};  ///< likewise, on fewer cores: less would be a collapse
+}  // namespace bench_bounds
+
+/// A transfer and a material, and the step's cost over that of the naive neo-Hookean kernel.
+struct BoundedCase {
+  const char* name;
+  const char* material;
+  TransferSettings transfer;
+  Bound ratio_to_naive = {};
+};
+
+inline const std::vector<BoundedCase>& bounded_cases() {
+  using enum TransferScheme;
+  using enum SplineOrder;
+  using enum GradientForm;
+  static const std::vector<BoundedCase> cases = {
+      {"neo-Hookean, APIC, mls", "neo_hookean", {apic, quadratic, mls}, {0.55}},
+      {"Herschel-Bulkley (cream), APIC, mls", "cream", {apic, quadratic, mls}, {0.70}},
+      {"Herschel-Bulkley (oobleck), APIC, mls", "oobleck", {apic, quadratic, mls}, {0.70}},
+      {"Herschel-Bulkley (pie), APIC, mls", "pie", {apic, quadratic, mls}},
+      {"neo-Hookean, APIC, bspline", "neo_hookean", {apic, quadratic, bspline}, {0.80}},
+      {"neo-Hookean, PIC/FLIP blend, mls", "neo_hookean", {blend, quadratic, mls}, {0.55}},
+      {"neo-Hookean, cubic, APIC, mls", "neo_hookean", {apic, cubic, mls}, {1.4}},
+  };
+  return cases;
+}
+
+}  // namespace bulkley

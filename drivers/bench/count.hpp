@@ -1,0 +1,28 @@
+#pragma once
+// The work of one step, counted by hand from the algorithm: docs/performance.md, "The floor".
+
+#include <vector>
+
+#include "kernel/transfer.hpp"
+
+namespace bulkley {
+
+/// One part of a step's work on a particle.
+struct WorkTerm {
+  const char* what;
+  double bytes = 0.0;  ///< between memory and caches; a line that is written without having been read is read first
+  double flops = 0.0;  ///< a fused product and sum counts as two, a division or a root as one
+};
+
+/// What the count depends on beside the transfer.
+struct WorkCase {
+  TransferSettings transfer;
+  bool flows = false;               ///< the material has a yield surface
+  double sorts_per_step = 0.0;      ///< physical sorts
+  double nodes_per_particle = 0.0;  ///< grid nodes that particles reach
+};
+
+/// All parts of a step on one rank, per particle. Not collective.
+std::vector<WorkTerm> count_work(const WorkCase& work);
+
+}  // namespace bulkley

@@ -1,0 +1,293 @@
+#include "bench/suite.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "bench/bounds.hpp"
+#include "bench/child.hpp"
+#include "bench/count.hpp"
+#include "bench/machine.hpp"
+#include "bench/report.hpp"
+#include "bench/row.hpp"
+#include "bulkley/base/pack.hpp"
+#include "parallel/log.hpp"
+#include "program/version.hpp"
+#include "simulation/forecast.hpp"
+
+namespace bulkley {
+
+namespace {
+
+constexpr double undefined = std::numeric_limits<double>::quiet_NaN();
+
+std::string count_text(GlobalIndex n) {
+  return n >= 1'000'000 ? fmt::format("{} M", n / 1'000'000) : fmt::format("{} k", n / 1000);
+}
+
+class Suite {
+ public:
+  Suite(const Comm& comm, bool small) : comm_(comm), small_(small), machine_(measure_machine()) {
+    log_line(comm_, row_heading());
+  }
+
+  void floor();
+  void all_cases();
+  void sizes();
+  void domain();
+  void memory();
+  void ranks();
+  JsonObject json() const;
+
+ private:
+  void add(Row row);
+  void sizes_of(const std::string& material);
+  std::string floor_of(const BenchCase& what, const BenchResult& result, JsonObject& details) const;
+  Row child_row(const std::string& part, const std::string& name, int n_ranks, const std::string& material, GlobalIndex n,
+                int n_steps, const std::function<void(const std::string& json, Row& row)>& read) const;
+  GlobalIndex usual_size() const { return small_ ? 100'000 : 1'000'000; }
+  int n_rounds() const { return small_ ? 3 : 5; }
+  // Whether the memory that is free holds a case so many times.
+  bool fits(const BenchCase& what, int n_copies = 1) const {
+    return fits_into_memory(forecast(comm_, bench_scene(what), 1).bytes_per_rank * n_copies);
+  }
+
+  const Comm& comm_;
+  bool small_;
+  MachineLimits machine_;
+  std::vector<Row> rows_;
+};
+
+void Suite::add(Row row) {
+  log_line(comm_, row_line(row));
+  rows_.push_back(std::move(row));
+}
+
+void Suite::floor() {
+  add({.part = "floor", .name = "triad, 24 bytes an element", .value = machine_.triad_bandwidth / 1e9, .unit = "GB/s"});
+  add({.part = "floor",
+       .name = "triad, with the lines read before written",
+       .value = machine_.traffic_bandwidth / 1e9,
+       .unit = "GB/s"});
+  add({.part = "floor",
+       .name = fmt::format("fused products and sums, {} lanes", n_lanes),
+       .value = machine_.flops / 1e9,
+       .unit = "Gflop/s"});
+}
+
+// The floor of a case and the step's distance from it, as a clause; the count goes to `details`.
+std::string Suite::floor_of(const BenchCase& what, const BenchResult& result, JsonObject& details) const {
+  const bool flows = std::holds_alternative<HerschelBulkley>(bench_scene(what).materials.front().material);
+  double bytes = 0.0, flops = 0.0;
+  std::vector<JsonObject> terms;
+  for (const WorkTerm& term : count_work({what.transfer, flows, result.sorts_per_step, result.nodes_per_particle})) {
+    bytes += term.bytes;
+    flops += term.flops;
+    terms.push_back(JsonObject().add("what", std::string(term.what)).add("bytes", term.bytes).add("flops", term.flops));
+  }
+  const double memory_ns = 1e9 * bytes / machine_.traffic_bandwidth, flops_ns = 1e9 * flops / machine_.flops;
+  const double bound = std::max(memory_ns, flops_ns), sum = memory_ns + flops_ns;
+  details.add("bytes_per_particle_step", bytes)
+      .add("flops_per_particle_step", flops)
+      .add("memory_ns", memory_ns)
+      .add("flops_ns", flops_ns)
+      .add("floor_ns", bound)
+      .add("step_over_floor", result.ns / bound)
+      .add("step_over_sum", result.ns / sum)
+      .add("count", terms);
+  return fmt::format("{:.0f} B in {:.1f} ns, {:.0f} flops in {:.1f} ns: step is {:.2f} x the larger, {:.2f} x their sum",
+                     bytes, memory_ns, flops, flops_ns, result.ns / bound, result.ns / sum);
+}
+
+void Suite::all_cases() {
+  for (const BoundedCase& c : bounded_cases()) {
+    const BenchCase what{usual_size(), c.material, c.transfer, {1, 1, 1}};
+    const BenchResult result = run_bench(comm_, what, {n_rounds() * block_steps, true, false});
+    JsonObject details = describe(what, result);
+    const std::string floor = floor_of(what, result, details);
+    std::string phases;
+    for (const auto& [name, ns] : result.phases)
+      if (ns >= 0.05) phases += fmt::format("{}{} {:.1f}", phases.empty() ? "" : ", ", name, ns);
+    add({.part = "cases",
+         .name = c.name,
+         .value = result.ratio_to_naive,
+         .unit = "of naive",
+         .bound = c.ratio_to_naive,
+         .note = fmt::format("{:.1f} ns, naive {:.1f}: {}; {:.0f} % yield, Ma {:.2f}", result.ns, result.naive_ns, phases,
+                             100.0 * result.yielded_fraction, result.mach_number),
+         .details = std::move(details)});
+    log_line(comm_, fmt::format("{:<8}floor: {}", "", floor));
+  }
+}
+
+void Suite::sizes_of(const std::string& material) {
+  std::vector<std::unique_ptr<BenchRun>> runs;
+  std::vector<std::string> names;
+  std::vector<Block> blocks;
+  std::string missing;
+  for (const GlobalIndex n :
+       small_ ? std::vector<GlobalIndex>{100'000, 400'000} : std::vector<GlobalIndex>{100'000, 1'000'000, 10'000'000}) {
+    const BenchCase what{n, material, {}, {1, 1, 1}};
+    if (!fits(what)) {
+      missing += fmt::format("; {} particles do not fit into the memory that is free", count_text(n));
+      continue;
+    }
+    runs.push_back(std::make_unique<BenchRun>(comm_, what));
+    names.push_back(fmt::format("{}, {}", material, count_text(n)));
+    // The small balls reach their walls after some hundred steps, the large ones take long.
+    blocks.push_back([run = runs.back().get()] { return run->advance(block_steps) * run->scale(); });
+  }
+  const std::vector<std::vector<double>> ns = time_in_turn(3, blocks);
+  double least = std::numeric_limits<double>::infinity(), most = 0.0;
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    add({.part = "sizes", .name = names[r], .value = mean(ns[r]), .unit = "ns"});
+    const double relative = mean(ns[r]) / mean(ns[0]);
+    least = std::min(least, relative);
+    most = std::max(most, relative);
+  }
+  const std::string name = material + ", dearest over cheapest size";
+  if (runs.size() < 2)
+    add(row_without_value("sizes", name, "skipped", "fewer than two sizes" + missing));
+  else
+    add({.part = "sizes",
+         .name = name,
+         .value = most / least,
+         .unit = "",
+         .bound = bench_bounds::spread_over_sizes,
+         .note = "timed in turn" + missing});
+}
+
+void Suite::sizes() {
+  sizes_of("neo_hookean");
+  sizes_of("cream");
+}
+
+void Suite::domain() {
+  const BenchCase box{usual_size(), "cream", {}, {1, 1, 1}};
+  BenchCase large = box;
+  large.domain = {2, 2, 4};
+  const std::string name = "domain of 16 times the ball's box";
+  if (!fits(large)) {
+    add(row_without_value("domain", name, "skipped", "it does not fit into the memory that is free"));
+    return;
+  }
+  BenchRun in_box(comm_, box), in_large(comm_, large);
+  const auto seconds =
+      time_in_turn(n_rounds(), {[&] { return in_box.advance(block_steps); }, [&] { return in_large.advance(block_steps); }});
+  add({.part = "domain",
+       .name = name,
+       .value = mean(seconds[1]) / mean(seconds[0]),
+       .unit = "of box",
+       .bound = bench_bounds::empty_domain,
+       .note = fmt::format("{:.4g} against {:.4g} ms a step", 1e3 * mean(seconds[1]), 1e3 * mean(seconds[0]))});
+}
+
+// A run of its own process on `n_ranks` ranks; `read` fills the row from what it wrote.
+Row Suite::child_row(const std::string& part, const std::string& name, int n_ranks, const std::string& material,
+                     GlobalIndex n, int n_steps, const std::function<void(const std::string& json, Row& row)>& read) const {
+  if (const std::string skip_reason = child_obstacle(n_ranks); !skip_reason.empty())
+    return row_without_value(part, name, "skipped", skip_reason);
+  if (!fits({n, material, {}, {1, 1, 1}}, n_ranks > 1 ? 2 : 1))  // on all ranks, and on one alone
+    return row_without_value(part, name, "skipped", "it does not fit into the memory that is free");
+  const double time_limit = 60.0 + 1e-5 * static_cast<double>(n) * n_steps;  // s; 10 us for a particle's step
+  const ChildOutcome outcome = run_child_bench(
+      n_ranks, {"--particles", std::to_string(n), "--material", material, "--steps", std::to_string(n_steps), "--no-naive"},
+      time_limit);
+  if (!outcome.fault.empty()) return row_without_value(part, name, "failed", outcome.fault);
+  Row row{.part = part, .name = name};
+  read(outcome.json, row);
+  return row;
+}
+
+void Suite::memory() {
+  for (const GlobalIndex n :
+       small_ ? std::vector<GlobalIndex>{100'000} : std::vector<GlobalIndex>{100'000, 1'000'000, 10'000'000}) {
+    double forecast_bytes = undefined;
+    Row measured = child_row("memory", count_text(n), 1, "cream", n, block_steps, [&](const std::string& json, Row& row) {
+      row.value = json_number(json, "bytes_per_particle");
+      row.unit = "B a particle";
+      if (n == 1'000'000) row.bound = bench_bounds::bytes_per_particle;
+      forecast_bytes = json_number(json, "forecast_bytes_per_particle");
+    });
+    const double ratio = measured.value / forecast_bytes;
+    const std::string name = measured.name + ", measured and foretold";
+    const bool has_value = measured.skip_reason.empty();
+    add(std::move(measured));
+    if (has_value)
+      add({.part = "memory",
+           .name = name,
+           .value = std::max(ratio, 1.0 / ratio),
+           .unit = "apart",
+           .bound = bench_bounds::forecast_error,
+           .note = fmt::format("foretold {:.4g} B a particle", forecast_bytes)});
+  }
+}
+
+void Suite::ranks() {
+  const auto throughput = [&](const Bound& bound) {
+    return [bound](const std::string& json, Row& row) {
+      row.value = json_number(json, "throughput_ratio");
+      row.unit = "of one rank";
+      row.bound = bound;
+      const double bytes = json_number(json, "exchange_bytes_per_step");
+      const double messages = json_number(json, "exchange_messages_per_step");
+      row.note = fmt::format("busiest rank and step: {:.0f} bytes in {:.0f} messages", bytes, messages);
+      row.details.add("exchange_bytes_per_step", bytes)
+          .add("exchange_messages_per_step", messages)
+          .add("ns_per_particle_step", json_number(json, "ns_per_particle_step"))
+          .add("one_rank_ns_per_particle_step", json_number(json, "one_rank_ns_per_particle_step"));
+    };
+  };
+  const int n_steps = n_rounds() * block_steps;
+  if (n_usable_cores() < 2)
+    add(row_without_value("ranks", "throughput of 2 ranks", "skipped", "this process may use one core only"));
+  else
+    add(child_row("ranks", "throughput of 2 ranks", 2, "cream", usual_size(), n_steps, throughput(bench_bounds::two_ranks)));
+  add(child_row("ranks", fmt::format("throughput of 8 ranks on {} cores", n_usable_cores()), 8, "cream", usual_size(),
+                block_steps, throughput(bench_bounds::eight_ranks)));
+}
+
+JsonObject Suite::json() const {
+  std::vector<JsonObject> rows;
+  for (const Row& row : rows_) rows.push_back(describe(row));
+  JsonObject machine;
+  machine.add("triad_bytes_per_second", machine_.triad_bandwidth)
+      .add("traffic_bytes_per_second", machine_.traffic_bandwidth)
+      .add("flops_per_second", machine_.flops)
+      .add("lanes", n_lanes)
+      .add("usable_cores", n_usable_cores());
+  return JsonObject().add("version", version_text()).add("machine", machine).add("rows", rows);
+}
+
+struct Part {
+  const char* name;
+  void (Suite::*run)();
+};
+constexpr Part parts[] = {{"floor", &Suite::floor},   {"cases", &Suite::all_cases}, {"sizes", &Suite::sizes},
+                          {"domain", &Suite::domain}, {"memory", &Suite::memory},   {"ranks", &Suite::ranks}};
+
+}  // namespace
+
+const std::vector<std::string>& suite_parts() {
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> result;
+    for (const Part& part : parts) result.emplace_back(part.name);
+    return result;
+  }();
+  return names;
+}
+
+JsonObject run_suite(const Comm& comm, const SuiteSettings& settings) {
+  if (comm.size() > 1) throw UsageError("--suite: must run in one process; it starts the runs on several ranks itself");
+  const auto wanted = [&](const char* name) {
+    return settings.parts.empty() || std::find(settings.parts.begin(), settings.parts.end(), name) != settings.parts.end();
+  };
+  Suite suite(comm, settings.small);
+  for (const Part& part : parts)
+    if (wanted(part.name)) (suite.*part.run)();
+  return suite.json();
+}
+
+}  // namespace bulkley

@@ -1,0 +1,110 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "config/duration.hpp"
+#include "program/check_meshes.hpp"
+#include "program/commands.hpp"
+#include "program/human_text.hpp"
+#include "simulation/forecast.hpp"
+#include "simulation/setup.hpp"
+
+namespace bulkley {
+
+namespace {
+
+std::string dimensionless(double value) { return std::isnan(value) ? std::string("-") : fmt::format("{:.3g}", value); }
+
+void print_colliders(const Scene& scene) {
+  for (const Collider& collider : scene.colliders) {
+    const Bounds b = bounds(collider.shape);
+    const bool is_finite = b.lower.allFinite() && b.upper.allFinite();
+    const Vec3 size = b.upper - b.lower;
+    const double fastest = collider_speed(scene.grid, {collider}, 0.0, scene.time_stepping.end_time);
+    fmt::print("collider   {}: {}, {}{}\n", collider.name, name(collider.contact),
+               is_finite ? fmt::format("{:.4g} x {:.4g} x {:.4g} m", size[0], size[1], size[2]) : std::string("endless"),
+               collider.motion.moves() ? fmt::format(", moves at up to {:.4g} m/s", fastest) : std::string());
+  }
+}
+
+// What stands on the disk at once: a checkpoint is whole before an older one goes.
+void print_disk(const Scene& scene, const Forecast& f) {
+  const auto checkpoint = static_cast<double>(f.checkpoint_bytes), frame = static_cast<double>(f.frame_bytes);
+  const auto n_frames = static_cast<double>(f.n_frames);
+  std::string frames = "no frames";
+  if (f.n_frames > 0)
+    frames = fmt::format("{} of {}: {}", counted(n_frames, "frame"), bytes_text(frame), bytes_text(n_frames * frame));
+  if (f.n_frames > 0 && scene.output.compression > 0) frames += " before compression";
+  const bool moves = std::ranges::any_of(scene.colliders, [](const Collider& c) { return c.motion.moves(); });
+  if (f.n_frames > 0 && moves) frames += ", and in each the colliders that move";
+  fmt::print("disk       checkpoints of {}: {} at most; {}\n", bytes_text(checkpoint),
+             bytes_text(checkpoint * (scene.checkpoint.keep + 1)), frames);
+}
+
+void print(const Scene& scene, const Forecast& f) {
+  const GridGeometry& grid = scene.grid;
+  const Vec3 upper = grid.upper();
+  fmt::print("scene      {}\n", scene.title.empty() ? "(no title)" : scene.title);
+  fmt::print("domain     ({:g}, {:g}, {:g}) to ({:g}, {:g}, {:g}) m\n", grid.lower[0], grid.lower[1], grid.lower[2],
+             upper[0], upper[1], upper[2]);
+  fmt::print("grid       {} x {} x {} cells of {:g} m; {} nodes, {} tiles\n", grid.n_cells[0], grid.n_cells[1],
+             grid.n_cells[2], grid.cell_size, GlobalIndex{grid.n_nodes(0)} * grid.n_nodes(1) * grid.n_nodes(2),
+             grid.n_tiles());
+  fmt::print("particles  {}\n", f.n_particles);
+  fmt::print("\n{:<21}{:<21}{:>12}{:>12}{:>12}{:>10}{:>12}{:>10}{:>10}{:>10}\n", "body", "material", "particles",
+             "mass [kg]", "U [m/s]", "L [m]", "c [m/s]", "Re", "Bi", "Ma");
+  for (const BodyForecast& b : f.bodies)
+    fmt::print("{:<21}{:<21}{:>12}{:>12.4g}{:>12}{:>10.3g}{:>12.4g}{:>10}{:>10}{:>10}\n", b.name, b.material, b.n_particles,
+               b.mass, fmt::format("{:.4g}{}", b.speed, b.at_rest ? "*" : ""), b.size, b.wave_speed,
+               dimensionless(b.reynolds), dimensionless(b.bingham), dimensionless(b.mach));
+  for (const BodyForecast& b : f.bodies)
+    if (b.at_rest) {
+      fmt::print("* starts at rest: U = sqrt(g L)\n");
+      break;
+    }
+  fmt::print(
+      "Re = rho U^2 / (tau_y + K (U/L)^n), Bi = tau_y / (K (U/L)^n), Ma = U / c; '-' where the material does not flow\n");
+  for (const NamedMaterial& m : scene.materials)
+    if (const auto* fluid = std::get_if<HerschelBulkley>(&m.material)) {
+      const ShearRheometerConstants c = shear_rheometer_constants(fluid->parameters);
+      fmt::print(
+          "{}: shear rheometer yield_stress = {:.6g} Pa, consistency = {:.6g} Pa s^n, flow_index = {:g}; "
+          "Yue sigma_Y = {:.6g} Pa, eta = {:.6g} Pa s^h, h = {:g}\n",
+          m.name, c.yield_stress, c.consistency, c.flow_index, fluid->parameters.sigma_Y, fluid->parameters.eta,
+          fluid->parameters.h);
+    }
+  print_colliders(scene);
+  print_meshes(scene, f);
+  fmt::print("\nranks      {}{}: at most {} particles a rank, imbalance {:.3f}\n", f.n_ranks, boxes_text(f.boxes),
+             f.largest_share, f.imbalance);
+  fmt::print("memory     about {:.1f} MiB on the fullest rank, beyond the empty program; {:.0f} bytes per particle in all\n",
+             f.bytes_per_rank / (1024.0 * 1024.0), f.bytes_per_particle);
+  print_disk(scene, f);
+  fmt::print("time step  {:.4g} s at the start, limited by: {}\n", f.limit.dt, name(f.limit.limiter));
+  fmt::print("steps      about {:.0f} to t = {:g} s\n", f.n_steps, scene.time_stepping.end_time);
+  for (const std::string& warning : f.warnings) fmt::print("warning: {}\n", warning);
+}
+
+}  // namespace
+
+Command add_check(CLI::App& app) {
+  struct Arguments {
+    SceneArguments scene;
+    int n_ranks = 0;
+  };
+  auto a = std::make_shared<Arguments>();
+  a->scene.declare(app);
+  app.add_option("-n,--ranks", a->n_ranks, "number of ranks to predict for (default: those it runs on)")
+      ->check(CLI::Range(1, 1 << 22))
+      ->type_name("RANKS");
+  return [a](const Comm& comm) {
+    const Scene scene = a->scene.load(comm);
+    check_bodies(scene, shared_counter(comm));
+    check_colliders(scene);
+    const Forecast f = forecast(comm, scene, a->n_ranks > 0 ? a->n_ranks : comm.size());
+    if (comm.is_root()) print(scene, f);
+    return ExitCode::finished;
+  };
+}
+
+}  // namespace bulkley

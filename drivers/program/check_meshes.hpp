@@ -1,0 +1,11 @@
+#pragma once
+
+#include "scene/scene.hpp"
+#include "simulation/forecast.hpp"
+
+namespace bulkley {
+
+/// What `check` says of the meshes of bodies and colliders; nothing if there are none. Not collective.
+void print_meshes(const Scene& scene, const Forecast& forecast);
+
+}  // namespace bulkley

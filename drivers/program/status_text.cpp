@@ -1,0 +1,211 @@
+#include "program/status_text.hpp"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <cmath>
+#include <ctime>
+
+#include "program/human_text.hpp"
+
+namespace bulkley {
+
+namespace {
+
+std::string percent(double part) { return fmt::format("{:.{}f} %", 100.0 * part, part > 0.0 && part < 0.1 ? 1 : 0); }
+
+// Clock time of this machine's zone, with the day where it is another one.
+std::string clock_text(double seconds_ahead) {
+  const std::time_t now = std::time(nullptr);
+  const std::time_t then = now + static_cast<std::time_t>(seconds_ahead);
+  const std::tm today = fmt::localtime(now), day = fmt::localtime(then);
+  if (today.tm_yday == day.tm_yday && today.tm_year == day.tm_year) return fmt::format("{:%H:%M}", day);
+  return fmt::format("{:%Y-%m-%d %H:%M}", day);
+}
+
+bool has_rows(const RunView& view) { return view.figures.n_rows > 0; }
+
+// A path as it was given, joined with a name in it, may be long: people know the folder.
+std::string name_of(const std::string& path) { return path.substr(path.find_last_of('/') + 1); }
+
+}  // namespace
+
+std::string progress_text(const RunView& view) {
+  const RunFigures& f = view.figures;
+  if (!std::isfinite(view.run.end_time)) return fmt::format("t = {} s, step {}", number_text(f.time), count_text(f.step));
+  return fmt::format("t = {:.4g} of {:.4g} s ({:.1f} %), step {}", f.time, view.run.end_time, 100.0 * f.done(view.run),
+                     count_text(f.step));
+}
+
+std::string rate_text(const RunView& view) {
+  const RunFigures& f = view.figures;
+  std::string text;
+  if (std::isfinite(f.recent_steps_per_second))
+    text = fmt::format("{} steps/s and {} s of the run per hour lately", number_text(f.recent_steps_per_second),
+                       number_text(3600.0 * f.recent_time_per_second));
+  if (std::isfinite(f.part_steps_per_second))
+    text += fmt::format("{}{} steps/s over the {} of this part", text.empty() ? "" : "; ",
+                        number_text(f.part_steps_per_second), span_text(view.run.elapsed));
+  return text.empty() ? "not known yet" : text;
+}
+
+std::string left_text(const RunView& view) {
+  const double seconds = view.figures.left(view.run);
+  if (!std::isfinite(seconds)) return "not known yet";
+  if (view.run.running() && !view.silent()) return fmt::format("{}, until {}", span_text(seconds), clock_text(seconds));
+  return fmt::format("{} once it goes on", span_text(seconds));
+}
+
+std::string limiter_text(const RunView& view) {
+  const RunFigures& f = view.figures;
+  std::string shares;
+  for (const auto& [name, share] : f.limiter_shares)
+    shares += fmt::format("{}{} {}", shares.empty() ? "" : ", ", name, percent(share));
+  if (shares.empty()) return "not known yet";
+  return fmt::format("{:.3g} s; limited by {} ({} {})", f.dt, shares, f.all_rows ? "of" : "of the last",
+                     counted(static_cast<double>(f.n_rows), "row"));
+}
+
+std::string trials_text(const RunView& view) {
+  const RunFigures& f = view.figures;
+  if (!has_rows(view)) return "not known yet";
+  return fmt::format("{} of a larger step, {} accepted; {} rejected", counted(f.trials, "trial"), count_text(f.accepted),
+                     counted(f.rejected, "step"));
+}
+
+std::string particles_text(const RunView& view) {
+  const RunFigures& f = view.figures;
+  const double n = has_rows(view) ? f.particles : view.run.n_particles;
+  std::string text = fmt::format("{}", count_text(n));
+  if (view.run.n_ranks > 0.0) text += fmt::format(" on {}", counted(view.run.n_ranks, "rank"));
+  if (std::isfinite(f.imbalance)) text += fmt::format(", imbalance {:.2f}", f.imbalance);
+  if (std::isfinite(f.mass)) text += fmt::format("; mass {:.4g} kg", f.mass);
+  if (f.removed > 0.0) text += fmt::format("; {} left through outflow faces", count_text(f.removed));
+  return text;
+}
+
+std::string energy_text(const RunView& view) {
+  const EnergyFigures& e = view.figures.last;
+  if (!has_rows(view)) return "not known yet";
+  const double fallen = e.gravitational - view.figures.first.gravitational;
+  return fmt::format("kinetic {} J, elastic {} J, gravity {}{} J since the start, plastic dissipation {} J",
+                     number_text(e.kinetic), number_text(e.elastic), fallen > 0.0 ? "+" : "", number_text(fallen),
+                     number_text(e.dissipated));
+}
+
+std::string balance_text(const RunView& view) {
+  const RunFigures& f = view.figures;
+  const double change = f.last.sum() - f.first.sum();
+  if (!std::isfinite(change)) return "not known yet";
+  std::string text = fmt::format("{} J {} these four since the start", number_text(std::abs(change)),
+                                 change > 0.0 ? "came into" : "went out of");
+  if (f.energy_scale > 0.0)
+    text += fmt::format(", {} of {} J", percent(std::abs(change) / f.energy_scale), number_text(f.energy_scale));
+  return text;
+}
+
+std::string disk_text(const RunView& view) {
+  const DiskUse& d = view.run.disk;
+  return fmt::format("{}: {} {}, {} {}, rest {}", bytes_text(d.total()),
+                     counted(static_cast<double>(view.run.checkpoints.size()), "checkpoint"), bytes_text(d.checkpoints),
+                     counted(static_cast<double>(d.n_frames), "frame"), bytes_text(d.frames), bytes_text(d.rest));
+}
+
+std::string checkpoint_text(const RunView& view) {
+  const RunFolder& run = view.run;
+  if (run.checkpoints.empty()) return "none yet";
+  const CheckpointFile& last = run.checkpoints.back();
+  std::string time;
+  if (name_of(run.last_checkpoint) == name_of(last.path) && std::isfinite(run.last_checkpoint_time))
+    time = fmt::format(", t = {:.4g} s", run.last_checkpoint_time);
+  return fmt::format("step {}{}, {} ago: {}", count_text(static_cast<double>(last.step)), time,
+                     span_text(std::max(last.age, 0.0)), last.path);
+}
+
+std::string advice_text(const RunView& view) {
+  const RunFolder& run = view.run;
+  const bool can_go_on = !run.checkpoints.empty() && !run.continuation.empty();
+  if (view.silent())
+    return fmt::format(
+        "nothing has been written for {}: it hangs, or was killed{}{}", span_text(run.age),
+        run.host.empty() ? "" : " on " + run.host,
+        can_go_on ? "; if it was, continue with: " + run.continuation : "; there is no checkpoint to continue from");
+  if (run.state == "failed" && can_go_on) return "from the last checkpoint, once that is mended: " + run.continuation;
+  if (run.state == "stopped" && run.reason.find("continue with: ") == std::string::npos && can_go_on)
+    return "continue with: " + run.continuation;
+  return {};
+}
+
+std::string status_lines(const RunView& view) {
+  const RunFolder& run = view.run;
+  std::string text = fmt::format("{}: {} ({})\n", run.title.empty() ? "run" : run.title, view.state(), run.path);
+  const auto add = [&](const char* name, const std::string& value) { text += fmt::format("  {:<11} {}\n", name, value); };
+  add("progress", progress_text(view));
+  add("rate", rate_text(view));
+  if (run.state != "finished") add("left", left_text(view));
+  add("time step", limiter_text(view));
+  add("trials", trials_text(view));
+  add("particles", particles_text(view));
+  add("energy", energy_text(view));
+  add("balance", balance_text(view));
+  add("disk", disk_text(view));
+  add("checkpoint", checkpoint_text(view));
+  add("last sign", fmt::format("{} ago{}", span_text(run.age), run.host.empty() ? "" : ", from " + run.host));
+  for (const std::string& warning : run.warnings) add("warning", warning);
+  if (!run.reason.empty()) add("reason", run.reason);
+  if (const std::string advice = advice_text(view); !advice.empty()) add("note", advice);
+  return text;
+}
+
+std::string status_line(const RunView& view) {
+  const RunFigures& f = view.figures;
+  return fmt::format("{}: {}, {}, dt = {} s ({}), {} steps/s, left {}", view.run.path, view.state(), progress_text(view),
+                     number_text(f.dt), f.limiter.empty() ? "-" : f.limiter, number_text(f.recent_steps_per_second),
+                     span_text(f.left(view.run)));
+}
+
+std::string status_table(const std::vector<RunView>& views) {
+  std::size_t width = 6;
+  for (const RunView& view : views) width = std::max(width, view.run.path.size());
+  std::string text = fmt::format("{:<{}}  {:<9}{:>7}{:>10}{:>10}{:>10}{:>13}{:>11}{:>10}{:>11}\n", "folder", width, "state",
+                                 "done", "step", "steps/s", "left", "limiter", "particles", "imbalance", "disk");
+  for (const RunView& view : views) {
+    const RunFigures& f = view.figures;
+    const double done = f.done(view.run);
+    text += fmt::format(
+        "{:<{}}  {:<9}{:>7}{:>10.0f}{:>10}{:>10}{:>13}{:>11.0f}{:>10.2f}{:>11}\n", view.run.path, width, view.state(),
+        std::isfinite(done) ? fmt::format("{:.1f} %", 100.0 * done) : "?", f.step, number_text(f.recent_steps_per_second),
+        view.run.state == "finished" ? "-" : span_text(f.left(view.run)), f.limiter.empty() ? "-" : f.limiter,
+        std::isfinite(f.particles) ? f.particles : view.run.n_particles, f.imbalance, bytes_text(view.run.disk.total()));
+  }
+  return text;
+}
+
+JsonObject status_json(const RunView& view) {
+  const RunFolder& run = view.run;
+  const RunFigures& f = view.figures;
+  JsonObject shares, disk, json;
+  for (const auto& [name, share] : f.limiter_shares) shares.add(name, share);
+  const auto whole = [](double value) { return std::isfinite(value) ? static_cast<GlobalIndex>(value) : GlobalIndex{-1}; };
+  disk.add("checkpoints", whole(run.disk.checkpoints)).add("frames", whole(run.disk.frames));
+  disk.add("rest", whole(run.disk.rest)).add("total", whole(run.disk.total()));
+  json.add("folder", run.path).add("title", run.title).add("state", view.state()).add("reason", run.reason);
+  json.add("step", whole(f.step)).add("time", f.time);
+  json.add("end_time", run.end_time).add("done", f.done(run)).add("seconds_left", f.left(run));
+  json.add("steps_per_second", f.recent_steps_per_second).add("time_per_second", f.recent_time_per_second);
+  json.add("part_steps_per_second", f.part_steps_per_second).add("part_time_per_second", f.part_time_per_second);
+  json.add("dt", f.dt).add("limiter", f.limiter).add("limiter_shares", shares).add("rows", f.n_rows);
+  json.add("trials", whole(f.trials)).add("accepted_trials", whole(f.accepted)).add("rejected_steps", whole(f.rejected));
+  json.add("ranks", whole(run.n_ranks)).add("particles", whole(f.particles)).add("removed_particles", whole(f.removed));
+  json.add("imbalance", f.imbalance).add("mass", f.mass).add("max_speed", f.max_speed);
+  json.add("kinetic_energy", f.last.kinetic).add("elastic_energy", f.last.elastic);
+  json.add("gravitational_energy", f.last.gravitational).add("dissipated_energy", f.last.dissipated);
+  json.add("energy_change", f.last.sum() - f.first.sum()).add("energy_scale", f.energy_scale);
+  json.add("disk", disk).add("frames", run.disk.n_frames);
+  json.add("checkpoint", run.checkpoints.empty() ? std::string() : run.checkpoints.back().path);
+  json.add("checkpoint_step", run.checkpoints.empty() ? GlobalIndex{-1} : run.checkpoints.back().step);
+  json.add("seconds_since_sign", run.age).add("host", run.host).add("continuation", run.continuation);
+  return json;
+}
+
+}  // namespace bulkley

@@ -1,0 +1,46 @@
+#pragma once
+// How a run stands, in words: on lines of its own, in one line, in a table of several, and as JSON. Not collective.
+
+#include <string>
+#include <vector>
+
+#include "program/json.hpp"
+#include "program/run_figures.hpp"
+#include "program/run_folder.hpp"
+
+namespace bulkley {
+
+/// A folder and what was read of it.
+struct RunView {
+  explicit RunView(const std::string& folder) : run(read_run_folder(folder)), figures(figures_of(run)) {}
+  RunFolder run;
+  RunFigures figures;
+
+  /// "running", "silent", "stopped", ...
+  std::string state() const { return silent() ? "silent" : run.state; }
+  bool silent() const { return run.silent(figures.seconds_per_step); }
+};
+
+/// Terms that the report and the lines of status share.
+std::string progress_text(const RunView& view);
+std::string rate_text(const RunView& view);
+std::string left_text(const RunView& view);
+std::string limiter_text(const RunView& view);
+std::string trials_text(const RunView& view);
+std::string particles_text(const RunView& view);
+std::string energy_text(const RunView& view);
+std::string balance_text(const RunView& view);
+std::string disk_text(const RunView& view);
+std::string checkpoint_text(const RunView& view);
+/// What to know and do about a run that has not finished: one sentence; empty if there is nothing to say.
+std::string advice_text(const RunView& view);
+
+/// Lines about one run, each ended by a line break.
+std::string status_lines(const RunView& view);
+/// One line about one run, without a line break: for logs.
+std::string status_line(const RunView& view);
+/// A line of names and one a run.
+std::string status_table(const std::vector<RunView>& views);
+JsonObject status_json(const RunView& view);
+
+}  // namespace bulkley

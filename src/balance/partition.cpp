@@ -1,0 +1,242 @@
+#include "balance/partition.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <limits>
+#include <map>
+
+#include "balance/diffusion.hpp"
+#include "balance/graph_parts.hpp"
+#include "balance/hilbert.hpp"
+#include "balance/ranges.hpp"
+#include "balance/traffic.hpp"
+#include "bulkley/base/error.hpp"
+
+namespace bulkley {
+
+namespace {
+
+// Boxes stay until they are this much more uneven than when they were cut.
+constexpr double boxes_slack = 1.2;
+
+// So much faster must a step be than with boxes. Boxes are cut across x and y first, so that what falls and spreads stays
+// with its rank; how long the loads of another map stay even is not foreseen.
+constexpr double worth_leaving_boxes = 1.02;
+
+// Numbers the parts so that, greedily, most load stays with the rank that has it (`worker` by TileIndex).
+std::vector<std::int32_t> relabelled(const TileLoad& load, const std::vector<std::int32_t>& part,
+                                     const std::vector<std::int32_t>& worker, int n_ranks) {
+  std::map<std::pair<std::int32_t, std::int32_t>, GlobalIndex> overlap;  // of {part, rank}
+  for (std::size_t t = 0; t < load.size(); ++t)
+    overlap[{part[t], worker[static_cast<std::size_t>(load.tile[t])]}] += load.weight[t];
+  std::vector<std::pair<GlobalIndex, std::pair<std::int32_t, std::int32_t>>> order;
+  for (const auto& [pair, weight] : overlap) order.emplace_back(-weight, pair);
+  std::sort(order.begin(), order.end());
+
+  std::vector<std::int32_t> rank_of(static_cast<std::size_t>(n_ranks), -1);
+  std::vector<bool> taken(static_cast<std::size_t>(n_ranks), false);
+  for (const auto& [weight, pair] : order) {
+    const auto [p, rank] = pair;
+    if (rank_of[static_cast<std::size_t>(p)] >= 0 || taken[static_cast<std::size_t>(rank)]) continue;
+    rank_of[static_cast<std::size_t>(p)] = rank;
+    taken[static_cast<std::size_t>(rank)] = true;
+  }
+  std::int32_t free = 0;
+  for (std::int32_t& rank : rank_of) {
+    if (rank >= 0) continue;
+    while (taken[static_cast<std::size_t>(free)]) ++free;
+    rank = free++;
+  }
+  std::vector<std::int32_t> result(part.size());
+  for (std::size_t t = 0; t < part.size(); ++t) result[t] = rank_of[static_cast<std::size_t>(part[t])];
+  return result;
+}
+
+// Workers of all tiles from those of the loaded ones: an empty tile joins the first neighbour by a face that has a worker,
+// layer by layer. Without any load `otherwise` stays.
+std::vector<std::int32_t> spread(const GridGeometry& grid, const TileLoad& load, const std::vector<std::int32_t>& part,
+                                 const std::vector<std::int32_t>& otherwise) {
+  if (load.size() == 0) return otherwise;
+  std::vector<std::int32_t> worker(static_cast<std::size_t>(grid.n_tiles()), -1);
+  std::vector<TileIndex> layer = load.tile, next;
+  for (std::size_t t = 0; t < load.size(); ++t) worker[static_cast<std::size_t>(load.tile[t])] = part[t];
+  while (!layer.empty()) {
+    next.clear();
+    for (const TileIndex tile : layer) {
+      const Int3 here = grid.tile_coordinates(tile);
+      for (int axis = 0; axis < 3; ++axis)
+        for (const int d : {-1, 1}) {
+          Int3 step{0, 0, 0};
+          step[axis] = d;
+          const TileIndex there = grid.neighbour(here, step);
+          if (there < 0 || worker[static_cast<std::size_t>(there)] >= 0) continue;
+          worker[static_cast<std::size_t>(there)] = worker[static_cast<std::size_t>(tile)];
+          next.push_back(there);
+        }
+    }
+    layer.swap(next);
+  }
+  return worker;
+}
+
+std::vector<std::int32_t> parts_of(const Partition& partition, const TileLoad& load) {
+  std::vector<std::int32_t> part;
+  part.reserve(load.size());
+  for (const TileIndex tile : load.tile) part.push_back(partition.worker[static_cast<std::size_t>(tile)]);
+  return part;
+}
+
+// The parts by one of the two methods that do not cut boxes.
+std::vector<std::int32_t> free_parts(const GridGeometry& grid, const TileLoad& load, int n_ranks, PartitionNotes& notes) {
+  if (notes.method == PartitionMethod::metis) {
+    const TileGraph graph = tile_graph(grid, load);
+    std::string fault;
+    if (auto part = graph_parts(graph, load, n_ranks, fault))
+      return diffused(graph, load, std::move(*part), n_ranks, even_enough);
+    notes.method = PartitionMethod::hilbert;
+    notes.warnings.push_back(fmt::format("METIS cannot divide the tiles ({}); they are cut along a Hilbert curve", fault));
+  }
+  return hilbert_parts(grid, load, n_ranks);
+}
+
+// Those of `present` while they will do.
+std::optional<Boxes> boxes_for(const GridGeometry& grid, const TileLoad& load, int n_ranks, const Partition* present) {
+  if (present && present->boxes && box_imbalance(grid, *present->boxes, load) <= boxes_slack * present->boxes->imbalance)
+    return present->boxes;
+  return cut_boxes(grid, false, load, n_ranks);
+}
+
+// Workers where no load decides: the owners of the boxes, or, where there are none, equal runs of the Hilbert curve through
+// all tiles. That takes much memory on a large grid, and nobody asks for it where there is a load: then empty.
+std::vector<std::int32_t> idle_workers(const GridGeometry& grid, const std::optional<Boxes>& boxes, const TileLoad& load,
+                                       int n_ranks) {
+  if (boxes) return box_owners(grid, *boxes);
+  if (load.size() > 0) return {};
+  return hilbert_parts(grid, tile_load(std::vector<GlobalIndex>(static_cast<std::size_t>(grid.n_tiles()), 1)), n_ranks);
+}
+
+Partition partition_of_boxes(const GridGeometry& grid, bool uniform, const TileLoad& load, int n_ranks) {
+  std::optional<Boxes> boxes = cut_boxes(grid, uniform, load, n_ranks);
+  if (!boxes)
+    throw UsageError(fmt::format("{}; use another number of ranks, a finer grid, or partition.method = \"auto\"",
+                                 box_fault(grid, n_ranks)));
+  return {n_ranks, box_owners(grid, *boxes), std::move(boxes)};
+}
+
+}  // namespace
+
+Partition make_partition(const GridGeometry& grid, const PartitionSettings& settings, const TileLoad& load, int n_ranks,
+                         const Partition* present, const CostModel& cost, PartitionNotes* notes) {
+  PartitionNotes unread;
+  PartitionNotes& note = notes ? *notes : unread;
+  note = {settings.method, false, {}};
+  if (settings.method == PartitionMethod::uniform || settings.method == PartitionMethod::ranges || n_ranks == 1) {
+    note.method = settings.method == PartitionMethod::uniform ? settings.method : PartitionMethod::ranges;
+    return partition_of_boxes(grid, note.method == PartitionMethod::uniform, load, n_ranks);
+  }
+  const std::optional<Boxes> boxes = boxes_for(grid, load, n_ranks, present);
+  const std::vector<std::int32_t> idle = idle_workers(grid, boxes, load, n_ranks);
+  const std::vector<std::int32_t>& before = present ? present->worker : idle;
+  const auto by = [&](PartitionMethod method) {
+    note.method = method;
+    std::vector<std::int32_t> part = free_parts(grid, load, n_ranks, note);
+    if (!before.empty()) part = relabelled(load, part, before, n_ranks);
+    return Partition{n_ranks, spread(grid, load, part, idle), boxes};
+  };
+  if (settings.method != PartitionMethod::automatic) return by(settings.method);
+
+  // Boxes have the fewest neighbours, METIS shares fewer nodes than the curve, the curve is evenest.
+  const auto time_of = [&](const Partition& partition) {
+    return predicted_step(predict_traffic(grid, partition, load), cost);
+  };
+  Partition best{n_ranks, idle, boxes};
+  PartitionNotes best_note{PartitionMethod::ranges, false, {}};
+  double fastest = std::numeric_limits<double>::infinity();
+  if (boxes) {
+    fastest = time_of(best);
+    Partition evened = std::move(rebalanced(grid, load, best)[0]);
+    if (const double time = time_of(evened); time < fastest) {
+      fastest = time;
+      best = std::move(evened);
+      best_note.evened = true;
+    }
+    fastest /= worth_leaving_boxes;
+  }
+  for (const PartitionMethod method : {PartitionMethod::metis, PartitionMethod::hilbert}) {
+    Partition trial = by(method);
+    if (note.method != method) continue;  // METIS could not, and the curve comes next
+    const double time = time_of(trial);
+    if (time >= fastest) continue;
+    fastest = time;
+    best = std::move(trial);
+    best_note = {method, false, {}};
+  }
+  note = best_note;
+  return best;
+}
+
+std::array<Partition, 2> rebalanced(const GridGeometry& grid, const TileLoad& load, const Partition& present) {
+  const TileGraph graph = tile_graph(grid, load);
+  const std::vector<std::int32_t> before = parts_of(present, load);
+  std::array<Partition, 2> result{present, present};
+  for (std::size_t way = 0; way < 2; ++way) {
+    const auto moved = way == 0 ? diffused : relieved;
+    result[way].worker = spread(grid, load, moved(graph, load, before, present.n_ranks, even_enough), present.worker);
+  }
+  return result;
+}
+
+std::string boxes_text(const std::optional<Boxes>& boxes) {
+  if (!boxes) return {};
+  return fmt::format(" ({} x {} x {})", boxes->n_ranks[0], boxes->n_ranks[1], boxes->n_ranks[2]);
+}
+
+Int3 separable_tiles(const GridGeometry& grid) {
+  Int3 n;
+  for (int axis = 0; axis < 3; ++axis) {
+    const int behind = grid.n_cells[axis] + grid.node_offset(axis) + 1;
+    const bool apart = !grid.periodic[axis] && behind / tile_width != (behind - 2) / tile_width;
+    n[axis] = grid.n_tiles(axis) - (apart ? 1 : 0);
+  }
+  return n;
+}
+
+std::vector<std::int32_t> box_owners(const GridGeometry& grid, const Boxes& boxes) {
+  std::array<std::vector<int>, 3> process;  // along each axis, by tile
+  for (int axis = 0; axis < 3; ++axis)
+    for (std::size_t p = 0; p < boxes.nodes[axis].size(); ++p)
+      process[axis].insert(process[axis].end(), (boxes.nodes[axis][p] + tile_width - 1) / tile_width, static_cast<int>(p));
+  std::vector<std::int32_t> owner;
+  owner.reserve(static_cast<std::size_t>(grid.n_tiles()));
+  for (const int x : process[0])
+    for (const int y : process[1])
+      for (const int z : process[2]) owner.push_back(boxes.rank_of({x, y, z}));
+  return owner;
+}
+
+std::vector<GlobalIndex> rank_loads(const Partition& partition, const TileLoad& load, int n_ranks) {
+  std::vector<GlobalIndex> of_rank(static_cast<std::size_t>(n_ranks), 0);
+  for (std::size_t t = 0; t < load.size(); ++t)
+    of_rank[static_cast<std::size_t>(partition.worker[static_cast<std::size_t>(load.tile[t])])] += load.weight[t];
+  return of_rank;
+}
+
+double imbalance(const std::vector<GlobalIndex>& values) {
+  const GlobalIndex total = std::accumulate(values.begin(), values.end(), GlobalIndex{0});
+  if (total == 0) return 1.0;
+  return static_cast<double>(*std::max_element(values.begin(), values.end())) * static_cast<double>(values.size()) /
+         static_cast<double>(total);
+}
+
+GlobalIndex n_moved(const Partition& from, const Partition& to, const TileLoad& load) {
+  GlobalIndex n = 0;
+  for (std::size_t t = 0; t < load.size(); ++t) {
+    const auto tile = static_cast<std::size_t>(load.tile[t]);
+    if (from.worker[tile] != to.worker[tile]) n += load.count[t];
+  }
+  return n;
+}
+
+}  // namespace bulkley

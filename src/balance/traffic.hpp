@@ -1,0 +1,34 @@
+#pragma once
+// What a partition makes ranks do in every step, computed from tiles alone.
+
+#include <vector>
+
+#include "balance/partition.hpp"
+
+namespace bulkley {
+
+/// One rank in one step. An exchange adds pools into owners and brings velocities back; schemes with a FLIP part make two.
+struct RankTraffic {
+  GlobalIndex load = 0;         ///< of its tiles, ps
+  GlobalIndex n_particles = 0;  ///< in its tiles
+  GlobalIndex n_tiles = 0;      ///< of its pool: those with particles and those its particles may enter
+  GlobalIndex n_pool_nodes = 0;
+  GlobalIndex n_halo_nodes = 0;    ///< of the footprints of its tiles with particles, beyond those tiles
+  GlobalIndex n_worked_nodes = 0;  ///< of its tiles with particles
+  GlobalIndex bytes_add = 0;       ///< it sends to owners
+  GlobalIndex bytes_get = 0;       ///< it sends back, as an owner
+  int messages_add = 0, messages_get = 0;
+  int n_neighbours = 0;  ///< other ranks that it sends to or receives from
+};
+
+/// Exact for particles as the load has them: the pools, bytes and messages are those that Exchange would make. Not
+/// collective.
+std::vector<RankTraffic> predict_traffic(const GridGeometry& grid, const Partition& partition, const TileLoad& load);
+
+/// Seconds of a step that the bytes and messages of the busiest rank take, in all its exchanges. Not collective.
+double predicted_exchange(const std::vector<RankTraffic>& traffic, const CostModel& cost);
+
+/// Seconds that the slowest rank needs for a step: its load, its bytes and its messages. Not collective.
+double predicted_step(const std::vector<RankTraffic>& traffic, const CostModel& cost);
+
+}  // namespace bulkley

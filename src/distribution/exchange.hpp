@@ -1,0 +1,79 @@
+#pragma once
+// Between a rank's pool of nodes and the owners of the nodes: a PetscSF to other ranks, copies of rows within the rank.
+
+#include <petscsf.h>
+
+#include <span>
+#include <vector>
+
+#include "field/field_grid.hpp"
+
+namespace bulkley {
+
+using SfHandle = PetscHandle<PetscSF, PetscSFDestroy>;
+
+/// Adds pools into owners and brings owners' values back to the pools, for one PoolLayout per rank. The nodes of a tile are
+/// owned by its worker (NodeOwner), so that only the rims of pools travel; a rank keeps the nodes of those of its tiles that
+/// some pool reaches, and empty space costs nothing. Pool nodes beyond the grid's last node take no part; along periodic
+/// axes there are none, footprints wrap to the first nodes. The order of the additions is not defined: kernels round their
+/// contributions so that it does not matter (docs/theory.md, "Order-free sums").
+class Exchange {
+ public:
+  /// `worker`: by TileIndex, the same on every rank. Collective.
+  Exchange(const Comm& comm, const GridGeometry& grid, const std::vector<std::int32_t>& worker, const PoolLayout& pool);
+  ~Exchange();
+  Exchange(const Exchange&) = delete;
+  Exchange& operator=(const Exchange&) = delete;
+
+  /// Size of the arrays of owned nodes below.
+  LocalIndex n_owned() const { return owned_.n_nodes(); }
+  /// Owned nodes that some rank's pool reaches, ascending; the only ones a step needs to touch.
+  std::span<const LocalIndex> active_nodes() const { return active_; }
+  /// Their grid indices. Not collective.
+  std::vector<Int3> active_positions() const;
+
+  /// owned[n] = sum over ranks of their pool copies of node n, for every active node n; never -0. Collective.
+  void add(const Node* pool, Node* owned);
+  /// pool = owned, for every pool node of the grid; pool nodes beyond it become zero. Collective.
+  void get(const Node* owned, Node* pool);
+
+  /// Copies the active nodes into a DMDA's nodes, which other ranks may hold. Collective.
+  void store(const Comm& comm, const Node* owned, const Grid& grid, Node* global) const;
+
+  /// What one rank sends to others in one call.
+  struct Traffic {
+    std::size_t bytes = 0;
+    int n_messages = 0;
+  };
+  Traffic sent_by_add() const { return sent_by_add_; }
+  Traffic sent_by_get() const { return sent_by_get_; }
+  /// Wall time so far between having nothing left to do and having what the others send, s.
+  double seconds_waiting() const { return seconds_waiting_; }
+
+ private:
+  /// Pool nodes pool .. pool + count - 1 are the owned nodes owned .. owned + count - 1.
+  struct Piece {
+    LocalIndex pool, owned, count;
+  };
+  /// Pool nodes pool .. pool + count - 1.
+  struct PoolPiece {
+    LocalIndex pool, count;
+  };
+  struct Reach;
+  Reach divide(const GridGeometry& grid, const std::vector<std::int32_t>& worker, const PoolLayout& pool, int rank);
+  void connect(const Comm& comm, const GridGeometry& grid, Reach& reach);
+  std::vector<LocalIndex> reach_locally(std::vector<Piece> pieces);
+
+  PoolLayout owned_;  ///< of the tiles of nodes that this rank owns and some pool reaches
+  MPI_Datatype node_type_ = MPI_DATATYPE_NULL;
+  SfHandle sf_;                          ///< leaves: pool nodes that other ranks own; roots: the nodes of their owners
+  std::vector<Piece> first_;             ///< pool nodes that this rank owns, each owned node once
+  std::vector<Piece> again_;             ///< those that reach an owned node once more, across a periodic boundary
+  std::vector<LocalIndex> only_others_;  ///< owned nodes that only other ranks' pools reach
+  std::vector<PoolPiece> beyond_;        ///< pool nodes that are not nodes of the grid
+  std::vector<LocalIndex> active_;
+  Traffic sent_by_add_, sent_by_get_;
+  double seconds_waiting_ = 0.0;
+};
+
+}  // namespace bulkley

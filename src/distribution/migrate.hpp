@@ -1,0 +1,23 @@
+#pragma once
+// Particles -> the rank that works on their tile.
+
+#include <span>
+
+#include "bulkley/parallel/comm.hpp"
+#include "bulkley/particle/particle_set.hpp"
+
+namespace bulkley {
+
+/// A particle that has to move.
+struct Departure {
+  LocalIndex particle;
+  std::int32_t rank;
+};
+
+/// Sends the particles of `departures` (each particle at most once, `rank` != this rank) to their ranks with all fields that
+/// move, removes them here (the last particles fill the gaps), and appends the arrivals, ordered by source rank.
+/// Nothing is lost: the global number of particles is unchanged. Cheap when nobody moves. Collective.
+/// Returns the number of particles received.
+LocalIndex migrate(const Comm& comm, std::span<const Departure> departures, ParticleSet& particles);
+
+}  // namespace bulkley

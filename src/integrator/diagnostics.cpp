@@ -1,0 +1,122 @@
+#include "integrator/diagnostics.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <variant>
+
+#include "base/order_free.hpp"
+#include "kernel/bspline.hpp"
+#include "kernel/stress_update.hpp"
+
+namespace bulkley {
+
+namespace {
+
+enum Term {
+  mass,
+  momentum,
+  angular = momentum + 3,
+  kinetic = angular + 3,
+  elastic,
+  potential,
+  dissipated,
+  moment,
+  flowing = moment + 3,
+  fluid,
+  n_terms
+};
+using Terms = std::array<double, n_terms>;
+
+Terms terms_of(const GridGeometry& grid, const TransferSettings& transfer, const Vec3& gravity,
+               const std::vector<NamedMaterial>& materials, const ParticleSet& set, LocalIndex p) {
+  const double m = set.real(Field::mass)[p], volume = set.real(Field::reference_volume)[p];
+  const Vec3 x = set.vector(Field::position, p), v = set.vector(Field::velocity, p);
+  Vec3 spin = x.cross(v);
+  if (transfer.affine()) {
+    // B_p = C_p D_p; its axial part belongs to the angular momentum (Jiang et al. 2015).
+    const double d = grid.cell_size * grid.cell_size / inverse_second_moment(grid.order);
+    auto b = [&](int r, int c) { return d * set.real(Field::affine_velocity, 3 * r + c)[p]; };
+    spin += Vec3(b(2, 1) - b(1, 2), b(0, 2) - b(2, 0), b(1, 0) - b(0, 1));
+  }
+  const Material& material = materials[set.material()[p]].material;
+  const double energy_density =
+      std::visit([&](const auto& law) { return law.energy_density(particle_state(law, set, p)); }, material);
+  const bool fluid_like = bulkley::flows(material);
+  Terms t{};
+  t[mass] = m;
+  for (int a = 0; a < 3; ++a) {
+    t[momentum + a] = m * v[a];
+    t[angular + a] = m * spin[a];
+    t[moment + a] = m * x[a];
+  }
+  t[kinetic] = 0.5 * m * v.squaredNorm();
+  t[elastic] = volume * energy_density;
+  t[potential] = -m * gravity.dot(x);
+  t[dissipated] = volume * set.real(Field::plastic_dissipation)[p];
+  t[fluid] = fluid_like ? m : 0.0;
+  t[flowing] = fluid_like && set.real(Field::plastic_shear_rate)[p] > 0.0 ? m : 0.0;
+  return t;
+}
+
+}  // namespace
+
+Diagnostics diagnose(const Comm& comm, const GridGeometry& grid, const TransferSettings& transfer, const Vec3& gravity,
+                     const std::vector<NamedMaterial>& materials, const ParticleSet& particles) {
+  const LocalIndex n = particles.size();
+  std::vector<Terms> terms(static_cast<std::size_t>(n));
+  // Maxima of |term|, then of +-position, in one reduction.
+  std::array<double, n_terms + 6> largest;
+  largest.fill(0.0);
+  std::fill(largest.begin() + n_terms, largest.end(), -std::numeric_limits<double>::infinity());
+  for (LocalIndex p = 0; p < n; ++p) {
+    terms[p] = terms_of(grid, transfer, gravity, materials, particles, p);
+    for (int k = 0; k < n_terms; ++k) largest[k] = std::max(largest[k], std::abs(terms[p][k]));
+    for (int a = 0; a < 3; ++a) {
+      const double x = particles.real(Field::position, a)[p];
+      largest[n_terms + a] = std::max(largest[n_terms + a], x);
+      largest[n_terms + 3 + a] = std::max(largest[n_terms + 3 + a], -x);
+    }
+  }
+  BULKLEY_MPI(
+      MPI_Allreduce(MPI_IN_PLACE, largest.data(), static_cast<int>(largest.size()), MPI_DOUBLE, MPI_MAX, comm.get()));
+  const GlobalIndex n_global = sum_global(comm, n);
+
+  // Each term is split into a multiple of a coarse quantum and a multiple of a fine one; both sums are exact.
+  std::array<double, 2 * n_terms> sums{};
+  for (int k = 0; k < n_terms; ++k) {
+    const double count = static_cast<double>(n_global) + 4.0;  // no addend is more than a quarter of the bound
+    const double coarse = rounding_constant(count * largest[k]);
+    const double fine = rounding_constant(count * rounding_quantum(count * largest[k]));
+    for (LocalIndex p = 0; p < n; ++p) {
+      const double high = rounded(terms[p][k], coarse);
+      sums[2 * k] += high;
+      sums[2 * k + 1] += rounded(terms[p][k] - high, fine);
+    }
+  }
+  BULKLEY_MPI(MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, comm.get()));
+
+  auto sum = [&](int k) { return sums[2 * k] + sums[2 * k + 1]; };
+  auto vector = [&](int k) { return Vec3(sum(k), sum(k + 1), sum(k + 2)); };
+  Diagnostics d;
+  d.n_particles = n_global;
+  d.mass = sum(mass);
+  d.momentum = vector(momentum);
+  d.angular_momentum = vector(angular);
+  d.kinetic_energy = sum(kinetic);
+  d.elastic_energy = sum(elastic);
+  d.gravitational_energy = sum(potential);
+  d.dissipated_energy = sum(dissipated);
+  if (d.mass > 0.0) d.center_of_mass = vector(moment) / d.mass;
+  if (sum(fluid) > 0.0) d.yielded_fraction = sum(flowing) / sum(fluid);
+  if (n_global > 0)
+    for (int a = 0; a < 3; ++a) {
+      d.upper[a] = largest[n_terms + a];
+      d.lower[a] = -largest[n_terms + 3 + a];
+    }
+  return d;
+}
+
+}  // namespace bulkley

@@ -1,0 +1,286 @@
+#include "io/checkpoint/checkpoint.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <iterator>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "io/arrays/array_file.hpp"
+#include "io/arrays/checksum.hpp"
+#include "io/arrays/particle_array.hpp"
+#include "io/checkpoint/header.hpp"
+#include "io/checkpoint/particle_check.hpp"
+#include "io/files/text_file.hpp"
+#include "io/frames/xdmf.hpp"
+
+namespace bulkley {
+
+namespace {
+
+const std::string prefix = "checkpoint_";
+
+std::string file_name(GlobalIndex step, const char* suffix) { return fmt::format("{}{:09}{}", prefix, step, suffix); }
+
+std::string array_path(const FieldInfo& field) { return std::string("/particles/") + field.name; }
+
+/// The fields of a checkpoint of particles for which `has(field)`.
+template <class Has>
+std::vector<FieldInfo> written_fields(const Has& has) {
+  std::vector<FieldInfo> fields;
+  for (const FieldInfo& f : field_table)
+    if (f.written && (!f.optional || has(f))) fields.push_back(f);
+  return fields;
+}
+std::vector<FieldInfo> written_fields(const ParticleSet& particles) {
+  return written_fields([&](const FieldInfo& field) { return particles.has(field.field); });
+}
+std::vector<FieldInfo> written_fields(const Hdf5Reader& file) {
+  return written_fields([&](const FieldInfo& field) { return file.has(array_path(field)); });
+}
+
+std::uint32_t header_crc(const CheckpointHeader& header) {
+  const std::string bytes = pack_header(header);
+  return crc_of(reinterpret_cast<const std::byte*>(bytes.data()), bytes.size());
+}
+
+std::vector<Attribute> header_attributes(const CheckpointHeader& header) {
+  std::vector<Attribute> attributes = {
+      {"/", "step", header.step},
+      {"/", "time", header.time},
+      {"/", "n_particles", header.n_particles},
+      {"/", "n_ranks", GlobalIndex{header.n_ranks}},
+      {"/", "code_version", header.code_version},
+      {"/", "materials", join_lines(header.material_names)},
+      {"/", "scene", header.scene_text},
+      {"/", "header_crc32", GlobalIndex{header_crc(header)}},
+      {"/state", "about", std::string("state of the run's controllers; integers and reals by name")},
+  };
+  for (const auto& [name, value] : header.reals) attributes.push_back({"/state/reals", name, value});
+  for (const auto& [name, value] : header.integers) attributes.push_back({"/state/integers", name, value});
+  return attributes;
+}
+
+/// Header after checks of everything but the data.
+CheckpointHeader checked_header(const Hdf5Reader& file) {
+  const auto refuse = [&](const std::string& fault) {
+    throw RunError(fmt::format("cannot read '{}': {}", file.path(), fault));
+  };
+  check_format(file, checkpoint_format, checkpoint_version);
+  CheckpointHeader header;
+  header.step = file.integer("/", "step");
+  header.time = file.real("/", "time");
+  header.n_particles = file.integer("/", "n_particles");
+  header.n_ranks = static_cast<int>(file.integer("/", "n_ranks"));
+  header.code_version = file.text("/", "code_version");
+  header.material_names = split_lines(file.text("/", "materials"));
+  header.scene_text = file.text("/", "scene");
+  if (file.has("/state/reals"))
+    for (const std::string& name : file.attribute_names("/state/reals"))
+      header.reals[name] = file.real("/state/reals", name);
+  if (file.has("/state/integers"))
+    for (const std::string& name : file.attribute_names("/state/integers"))
+      header.integers[name] = file.integer("/state/integers", name);
+  if (GlobalIndex{header_crc(header)} != file.integer("/", "header_crc32"))
+    refuse("its header is damaged (the checksum does not match)");
+
+  for (const FieldInfo& field : written_fields(file)) {
+    const ArrayInfo array = file.array(array_path(field));
+    Extents shape = row_shape(field.n_components);
+    shape.insert(shape.begin(), header.n_particles);
+    if (array.type != stored_type(field.type) || array.shape != shape)
+      refuse(fmt::format("{} is {} ({}) and should be {} ({})", array.path, name(array.type), fmt::join(array.shape, ", "),
+                         name(stored_type(field.type)), fmt::join(shape, ", ")));
+  }
+  return header;
+}
+
+std::string sidecar_of(const std::string& file) { return std::filesystem::path(file).replace_extension(".xdmf").string(); }
+
+/// Sidecar last, so that it never names a file that is not there.
+void write_sidecar(const std::string& file, GlobalIndex n_particles) {
+  if (n_particles == 0)
+    remove_file(sidecar_of(file));  // nothing to see, and ParaView refuses an empty set
+  else
+    write_text_atomically(sidecar_of(file), xdmf_series(std::vector{xdmf_particles(Hdf5Reader(file))}));
+}
+
+/// For a checkpoint whose writer was killed before it could; a damaged one stays without.
+void complete_sidecar(const std::string& file) {
+  GlobalIndex n_particles = 0;
+  try {
+    n_particles = checked_header(Hdf5Reader(file)).n_particles;
+  } catch (const RunError&) {
+    return;
+  }
+  write_sidecar(file, n_particles);
+}
+
+void remove_checkpoint(const std::string& folder, const std::string& name) {
+  remove_file(path_in(folder, sidecar_of(name)));
+  remove_file(path_in(folder, name));
+}
+
+void remove_old(const std::string& folder, GlobalIndex step, int keep) {
+  remove_leftovers(folder);
+  std::vector<std::string> names = numbered_files(folder, prefix, ".h5");
+  // Later steps are another run's; they are not to push out this run's.
+  std::erase_if(names, [&](const std::string& name) { return number_in(name, prefix) > step; });
+  for (std::size_t i = 0; i + static_cast<std::size_t>(keep) < names.size(); ++i) remove_checkpoint(folder, names[i]);
+}
+
+using FieldsOf = std::function<std::vector<FieldInfo>(const Hdf5Reader&)>;
+using RowSink = std::function<void(const FieldInfo&, GlobalIndex row, GlobalIndex n, const std::byte* rows)>;
+
+/// Reads rows [first, first + count) of fields into `sink`, where `row` counts from `first`, and verifies checksums and
+/// values. The ranks' shares make up the whole file. Collective.
+void read_fields(const Comm& comm, const std::string& file, const CheckpointHeader& header, GlobalIndex first,
+                 GlobalIndex count, const FieldsOf& fields_of, const RowSink& sink) {
+  std::vector<std::string> names;
+  std::vector<std::uint32_t> stored;
+  std::vector<Piece> pieces;
+  ParticleCheck check(fmt::format("cannot read '{}'", file), header.material_names.size());
+  collective_guard(comm, [&] {
+    const Hdf5Reader reader(file);
+    for (const FieldInfo& field : fields_of(reader)) {
+      names.push_back(array_path(field));
+      stored.push_back(stored_crc(reader, names.back()));
+      pieces.push_back(read_rows(reader, reader.array(names.back()), first, count,
+                                 [&](GlobalIndex row, GlobalIndex n, const std::byte* rows) {
+                                   check.look_at(field, first + row, n, rows);
+                                   if (field.field == Field::id) check.keep_ids(n, rows);
+                                   sink(field, row, n, rows);
+                                 }));
+    }
+  });
+  check_pieces(comm, file, names, stored, pieces);
+  verify_arrays(comm, file, {"/particles/connectivity"});
+  check.throw_if_any(comm);
+}
+
+}  // namespace
+
+std::string checkpoint_path(const std::string& folder, GlobalIndex step) { return path_in(folder, file_name(step, ".h5")); }
+
+GlobalIndex checkpoint_bytes(const OptionalFields& fields, GlobalIndex n_particles) {
+  const ParticleRange all{0, n_particles, n_particles};
+  GlobalIndex bytes = stored_bytes(connectivity_array(all));
+  for (const FieldInfo& field : written_fields(ParticleSet(fields)))
+    bytes += stored_bytes(particle_array(field.name, stored_type(field.type), field.n_components, all));
+  return bytes;
+}
+
+void write_checkpoint(const Comm& comm, const std::string& folder, const CheckpointHeader& given,
+                      const ParticleSet& particles, std::span<const std::string> material_names, int keep) {
+  const ParticleRange range = particle_range(comm, particles);
+  CheckpointHeader header = given;
+  header.n_particles = range.total;
+  header.n_ranks = comm.size();
+  header.material_names.assign(material_names.begin(), material_names.end());
+  header = unpack_header(broadcast_text(comm, pack_header(header)));
+
+  const std::string file = checkpoint_path(folder, header.step);
+  ParticleCheck check(fmt::format("cannot write '{}'", file), material_names.size());
+  FileContent content{checkpoint_format, checkpoint_version, header_attributes(header), {}, 0};
+  for (const FieldInfo& field : written_fields(particles)) {
+    Array array = particle_array(field.name, stored_type(field.type), field.n_components, range);
+    array.unit = field.unit;
+    array.meaning = field.meaning;
+    array.fill = [&particles, &check, &range, field](GlobalIndex first, GlobalIndex n, std::byte* out) {
+      field_to_rows(particles, field, first, n, out);
+      check.look_at(field, range.first + first, n, out);
+      check.throw_if_seen();  // a file that no restart would take must not push out one that it would
+    };
+    content.arrays.push_back(std::move(array));
+  }
+  content.arrays.push_back(connectivity_array(range));
+
+  write_array_file(comm, file, content);
+  root_guard(comm, [&] {
+    write_sidecar(file, range.total);
+    remove_old(folder, header.step, std::max(keep, 1));
+  });
+}
+
+CheckpointHeader read_header(const Comm& comm, const std::string& file) {
+  std::string bytes;
+  root_guard(comm, [&] { bytes = pack_header(checked_header(Hdf5Reader(file))); });
+  return unpack_header(broadcast_text(comm, std::move(bytes)));
+}
+
+CheckpointHeader verify_checkpoint(const Comm& comm, const std::string& file) {
+  CheckpointHeader header = read_header(comm, file);
+  const EvenShare share = even_share(comm, header.n_particles);
+  read_fields(
+      comm, file, header, share.first, share.count(), [](const Hdf5Reader& reader) { return written_fields(reader); },
+      [](const FieldInfo&, GlobalIndex, GlobalIndex, const std::byte*) {});
+  return header;
+}
+
+void read_checkpoint(const Comm& comm, const std::string& file, GlobalIndex first, GlobalIndex count,
+                     ParticleSet& particles) {
+  const CheckpointHeader header = read_header(comm, file);
+  const bool mine_fits = first == exclusive_sum(comm, count) && count >= 0;
+  if (min_global(comm, GlobalIndex{mine_fits}) == 0 || sum_global(comm, count) != header.n_particles)
+    throw RunError(fmt::format("the shares of the ranks do not make up the {} particles of '{}'", header.n_particles, file));
+
+  collective_guard(comm, [&] {
+    const LocalIndex size = ParticleSet::checked_size(count);
+    particles.resize(0);
+    particles.resize(size);
+  });
+  const auto needed_fields = [&](const Hdf5Reader& reader) {
+    std::vector<FieldInfo> fields = written_fields(particles);
+    for (const FieldInfo& field : fields)
+      if (!reader.has(array_path(field)))
+        throw RunError(
+            fmt::format("'{}' does not hold '{}', which the law of a material in the scene needs", file, field.name));
+    return fields;
+  };
+  read_fields(comm, file, header, first, count, needed_fields,
+              [&](const FieldInfo& field, GlobalIndex row, GlobalIndex n, const std::byte* rows) {
+                rows_to_field(rows, field, row, n, particles);
+              });
+}
+
+std::optional<std::string> find_latest_checkpoint(const Comm& comm, const std::string& folder,
+                                                  std::vector<std::string>& warnings) {
+  return read_latest_checkpoint(comm, folder, warnings, [&](const std::string& file) { verify_checkpoint(comm, file); });
+}
+
+std::optional<std::string> read_latest_checkpoint(const Comm& comm, const std::string& folder,
+                                                  std::vector<std::string>& warnings,
+                                                  const std::function<void(const std::string&)>& read) {
+  std::string listing;
+  root_guard(comm, [&] { listing = join_lines(numbered_files(folder, prefix, ".h5")); });
+  std::vector<std::string> names = split_lines(broadcast_text(comm, std::move(listing)));
+  for (auto name = names.rbegin(); name != names.rend(); ++name) {
+    const std::string file = path_in(folder, *name);
+    try {
+      read(file);
+      return file;
+    } catch (const RunError& error) {  // alike on every rank
+      warnings.push_back(fmt::format("checkpoint passed over: {}", error.what()));
+    }
+  }
+  return std::nullopt;
+}
+
+int remove_checkpoints_after(const Comm& comm, const std::string& folder, GlobalIndex step) {
+  int n_removed = 0;
+  root_guard(comm, [&] {
+    for (const std::string& name : numbered_files(folder, prefix, ".h5")) {
+      if (number_in(name, prefix) > step) {
+        remove_checkpoint(folder, name);
+        ++n_removed;
+      } else if (!std::filesystem::exists(path_in(folder, sidecar_of(name)))) {
+        complete_sidecar(path_in(folder, name));
+      }
+    }
+  });
+  BULKLEY_MPI(MPI_Bcast(&n_removed, 1, MPI_INT, 0, comm.get()));
+  return n_removed;
+}
+
+}  // namespace bulkley

@@ -1,0 +1,14 @@
+#pragma once
+// The header of a checkpoint as bytes: to give every rank the root's, and for its checksum.
+
+#include <string>
+
+#include "io/checkpoint/checkpoint.hpp"
+
+namespace bulkley {
+
+std::string pack_header(const CheckpointHeader& header);
+/// Precondition: `bytes` come from pack_header.
+CheckpointHeader unpack_header(const std::string& bytes);
+
+}  // namespace bulkley

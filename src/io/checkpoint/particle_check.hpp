@@ -1,0 +1,38 @@
+#pragma once
+// What particles in a checkpoint must be, whatever its checksums say: a file may be whole and wrong.
+
+#include <string>
+#include <vector>
+
+#include "bulkley/parallel/comm.hpp"
+#include "bulkley/particle/particle_set.hpp"
+
+namespace bulkley {
+
+/// Looks at the rows of a rank's share as they are read or written.
+class ParticleCheck {
+ public:
+  /// `what`: how sentences begin. `n_materials`: indices of materials must be below it.
+  ParticleCheck(std::string what, std::size_t n_materials) : what_(std::move(what)), n_materials_(n_materials) {}
+
+  /// `rows`: `n` rows of a field, of which the first is particle `first` of the file. Not collective.
+  void look_at(const FieldInfo& field, GlobalIndex first, GlobalIndex n, const std::byte* rows);
+
+  /// Keeps `n` ids for throw_if_any, 8 bytes each. Not collective.
+  void keep_ids(GlobalIndex n, const std::byte* rows);
+
+  /// Throws RunError with the first fault that this rank has seen. Not collective.
+  void throw_if_seen() const;
+
+  /// Throws RunError with the first fault that any rank has seen, or naming one of the kept ids that occurs twice. Collective.
+  void throw_if_any(const Comm& comm);
+
+ private:
+  void refuse(const FieldInfo& field, GlobalIndex particle, const std::string& fault);
+  std::string what_;
+  std::size_t n_materials_;
+  std::string fault_;
+  std::vector<GlobalIndex> ids_;
+};
+
+}  // namespace bulkley

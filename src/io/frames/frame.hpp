@@ -1,0 +1,102 @@
+#pragma once
+// Visual output: what a run looks like at one time, for ParaView.
+//
+// frame_<index>.h5 holds /particles (position and the fields that the scene asks for), if asked for /grid and /tiles, and
+// /colliders where there are any (collider_surfaces.hpp); the time series are frames.xdmf, grid.xdmf, tiles.xdmf and
+// colliders.xdmf. Frames are for looking at: float32 by default, and never read
+// back by a run.
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "bulkley/particle/particle_set.hpp"
+#include "grid/node_pool.hpp"
+#include "io/frames/collider_surfaces.hpp"
+#include "io/frames/xdmf.hpp"
+#include "material/material.hpp"
+#include "scene/output_settings.hpp"
+
+namespace bulkley {
+
+inline constexpr const char* frame_format = "bulkley frame";
+inline constexpr GlobalIndex frame_version = 1;
+
+/// The owned nodes of the grid after the grid update, in Grid's order (z fastest). Nodes of no mass count as empty, whatever
+/// velocity they hold.
+struct GridNodes {
+  GridGeometry geometry;
+  Int3 first{0, 0, 0};          ///< first owned node along each axis
+  Int3 count{0, 0, 0};          ///< owned nodes along each axis
+  std::span<const Node> nodes;  ///< {velocity, mass}; product of `count`
+};
+
+/// How the work is divided: values by TileIndex, whole and the same on every rank.
+struct TileValues {
+  GridGeometry geometry;
+  std::span<const std::int32_t> rank;      ///< that works on the tile
+  std::span<const GlobalIndex> particles;  ///< in the tile
+  std::span<const double> load;            ///< what the tile is reckoned to cost
+};
+
+struct FrameInfo {
+  GlobalIndex index = 0;
+  GlobalIndex step = 0;
+  double time = 0.0;  ///< s
+  GlobalIndex n_particles = 0;
+};
+
+/// Path of a frame. Not collective.
+std::string frame_path(const std::string& folder, GlobalIndex index);
+
+/// Writes one frame and its sidecar (none for a frame without particles) as array_file.hpp describes. `info.n_particles` is
+/// set from `particles`. `nodes`, `tiles`, `colliders`: null for none. Throws RunError; UsageError for an unknown field name. Collective.
+void write_frame(const Comm& comm, const std::string& folder, const FrameInfo& info, const ParticleSet& particles,
+                 std::span<const NamedMaterial> materials, const OutputSettings& settings, const GridNodes* nodes,
+                 const TileValues* tiles, const ColliderSurfaces* colliders = nullptr);
+
+/// The same under any name ending in ".h5".
+void write_frame_file(const Comm& comm, const std::string& file, const FrameInfo& info, const ParticleSet& particles,
+                      std::span<const NamedMaterial> materials, const OutputSettings& settings,
+                      const GridNodes* nodes = nullptr, const TileValues* tiles = nullptr,
+                      const ColliderSurfaces* colliders = nullptr);
+
+/// Bytes of a frame of `n_particles` that have these optional fields, but for some kilobytes of header, colliders and what
+/// compression saves. Throws UsageError for an unknown field name. Not collective.
+GlobalIndex frame_bytes(const OutputSettings& settings, const OptionalFields& fields, const GridGeometry& grid,
+                        GlobalIndex n_particles);
+
+/// Throws RunError. Collective.
+FrameInfo read_frame_info(const Comm& comm, const std::string& file);
+
+/// The time series of a run's frames. The root keeps the lists; their files are rewritten whole and renamed. Colliders are
+/// listed if colliders.h5 is there.
+class FrameSeries {
+ public:
+  /// `restart_step`: frames up to this step stay in the series; later ones, which belong to the time that is now run again,
+  /// are removed. -1 for a fresh start. Collective.
+  FrameSeries(const Comm& comm, std::string folder, GlobalIndex restart_step);
+
+  /// Adds a frame that write_frame has written; one without particles is left out. Collective.
+  void add(const Comm& comm, GlobalIndex index);
+
+  /// Index of the next frame: one more than the largest so far. The same on every rank.
+  GlobalIndex next_index() const { return next_index_; }
+  /// Sentences about frames that could not be read and are left out; on the root.
+  const std::vector<std::string>& warnings() const { return warnings_; }
+
+ private:
+  void include(const std::string& file);
+  void write() const;
+
+  std::string folder_;
+  std::vector<XdmfParticles> particles_;
+  std::vector<XdmfGrid> grids_;
+  std::vector<XdmfGrid> tiles_;
+  std::vector<XdmfSurface> colliders_;
+  GlobalIndex next_index_ = 0;
+  std::vector<std::string> warnings_;
+};
+
+}  // namespace bulkley

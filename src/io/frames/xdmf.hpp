@@ -1,0 +1,68 @@
+#pragma once
+// XDMF: the small XML files that let ParaView open our HDF5 files. Text only; not collective.
+//
+// What both of ParaView's readers understand is narrow: an explicit connectivity, or there is nothing to draw; integers no
+// wider than int64; tensors with nine components; origin and spacing of a grid in the order z y x; relative file names.
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "io/arrays/hdf5_file.hpp"
+
+namespace bulkley {
+
+struct XdmfField {
+  std::string name;
+  ArrayInfo array;
+};
+
+/// The particles of one file at one time.
+struct XdmfParticles {
+  std::string file;  ///< name without folder
+  double time = 0.0;
+  ArrayInfo position;
+  ArrayInfo connectivity;
+  std::vector<XdmfField> fields;
+};
+
+enum class XdmfCenter { node, cell };
+
+/// A regular mesh of one file at one time; arrays are (nz, ny, nx) or (nz, ny, nx, 3) of its nodes or its cells.
+struct XdmfGrid {
+  std::string name;
+  std::string file;
+  double time = 0.0;
+  XdmfCenter center = XdmfCenter::node;  ///< what the fields belong to
+  Extents n_nodes;                       ///< nz, ny, nx
+  std::vector<double> origin;            ///< x, y, z; m
+  double cell_size = 0.0;                ///< m
+  std::vector<XdmfField> fields;
+};
+
+/// Triangles at one time. `triangles` and `fields`, of the triangles, may lie in another file than `vertices`.
+struct XdmfSurface {
+  std::string file;       ///< of the moment
+  std::string mesh_file;  ///< of `triangles` and `fields`
+  std::string vertex_file;
+  double time = 0.0;
+  ArrayInfo vertices;
+  ArrayInfo triangles;
+  std::vector<XdmfField> fields;
+};
+
+/// A series of moments, at least one, by ascending time. Also for a single moment: outside a series one of the readers drops
+/// its time. Grids bear one name.
+std::string xdmf_series(std::span<const XdmfParticles> series);
+std::string xdmf_series(std::span<const XdmfGrid> series);
+std::string xdmf_series(std::span<const XdmfSurface> series);
+
+/// Describes /particles of a file as it is on disk; `time` from its header. Throws RunError.
+XdmfParticles xdmf_particles(const Hdf5Reader& file);
+/// Describes /grid of a file, or /tiles as the cells of a mesh. Throws RunError.
+XdmfGrid xdmf_grid(const Hdf5Reader& file);
+XdmfGrid xdmf_tiles(const Hdf5Reader& file);
+/// Describes /colliders of a frame, whose triangles lie in `mesh`. Throws RunError, also if the two do not fit together.
+XdmfSurface xdmf_colliders(const Hdf5Reader& frame, const Hdf5Reader& mesh);
+
+}  // namespace bulkley

@@ -1,0 +1,55 @@
+#pragma once
+// status.json: how a run stands, for job scripts; and the memory it takes.
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "bulkley/parallel/comm.hpp"
+#include "parallel/log.hpp"
+
+namespace bulkley {
+
+enum class RunState { running, stopped, failed, finished };
+const char* name(RunState state);
+
+/// What the run is, and what its present part, since the start of the program, has cost so far.
+struct RunProgress {
+  std::string title;    ///< of the scene
+  std::string program;  ///< what `bulkley --version` prints
+  std::string host;     ///< of the root
+  int n_ranks = 0;      ///< 0: not known yet
+  GlobalIndex n_particles = 0;
+  double end_time = 0.0;         ///< s
+  GlobalIndex first_step = 0;    ///< that this part began from
+  double first_time = 0.0;       ///< s, that this part began from
+  double elapsed = 0.0;          ///< s of wall time
+  double stepping = 0.0;         ///< s of it in steps
+  double output = 0.0;           ///< s of it in frames, history and checkpoints
+  double peak_memory = 0.0;      ///< bytes, largest of a rank
+  double checkpoint_time = 0.0;  ///< s, simulated time of the newest checkpoint
+  std::string continuation;      ///< command that continues the run
+  std::vector<PhaseSummary> phases;
+  std::vector<std::string> warnings;
+};
+
+struct Status {
+  RunState state = RunState::running;
+  GlobalIndex step = 0;
+  double time = 0.0;       ///< s
+  std::string checkpoint;  ///< newest whole one; empty: none
+  std::string reason;      ///< why it stopped or failed; else empty
+  RunProgress progress;
+};
+
+/// Writes `folder`/status.json (temporary name, then renamed) from the root's `status`. Throws RunError on every rank.
+/// Collective.
+void write_status(const Comm& comm, const std::string& folder, const Status& status);
+
+/// As write_status, by one process alone. Throws RunError. Not collective.
+void write_status_alone(const std::string& folder, const Status& status);
+
+/// Largest memory that this process has occupied so far, bytes. Not collective.
+std::size_t peak_resident_bytes();
+
+}  // namespace bulkley

@@ -1,0 +1,35 @@
+#pragma once
+// Momentum -> velocity on the nodes that a rank owns.
+
+#include <span>
+
+#include "grid/boundary.hpp"
+#include "grid/contact_impulse.hpp"
+#include "grid/node_pool.hpp"
+
+namespace bulkley {
+
+struct GridUpdate {
+  Vec3 gravity;          ///< m/s^2
+  double dt;             ///< s
+  double smallest_mass;  ///< kg; a node with no more counts as empty and gets zero velocity
+};
+
+/// For every node of `active`: {m v + dt f, m} -> {v, m} with v = (m v + dt f) / m + dt g (T13).
+/// With `impulse` (dt f apart, `nodes` holding m v): also turns `impulse` into {v after - v before forces}; call
+/// `apply_constraints` with both. Not collective.
+void grid_update(const GridUpdate& update, std::span<const LocalIndex> active, Node* nodes, Node* impulse);
+
+/// {m v + dt f, m} of the nodes behind walls -> added to their images in front, as the sum over the particles and their mirror
+/// images would have it; nothing stays behind. With `impulse` (dt f apart): that too. Before grid_update. Not collective.
+void fold_images(const GridUpdate& update, std::span<const NodeImage> images, Node* nodes, Node* impulse);
+
+/// The velocities of the nodes behind walls from those in front, and their `change` where given. After apply_constraints.
+/// Not collective.
+void unfold_images(std::span<const NodeImage> images, Node* nodes, Node* change);
+
+/// Applies contact to node velocities (constraint.node indexes `nodes`), and to `change` where given. Adds to `impulses` what
+/// the colliders receive: mass x (velocity before - after) of every node. Not collective.
+void apply_constraints(std::span<const NodeConstraint> constraints, Node* nodes, Node* change, ContactImpulses& impulses);
+
+}  // namespace bulkley

@@ -1,0 +1,29 @@
+#pragma once
+// Particles -> pool nodes.
+
+#include "base/order_free.hpp"
+#include "kernel/cells.hpp"
+#include "kernel/transfer.hpp"
+
+namespace bulkley {
+
+/// Rigorous bounds (T27) on what one node can receive, the same on every rank, and the rounding constants that follow.
+struct SumBounds {
+  double mass;      ///< kg, largest sum of absolute mass contributions to a node
+  double momentum;  ///< kg m/s, with the impulse dt f included
+  double impulse;   ///< kg m/s, dt f alone
+};
+
+/// From the merged bounds of the previous step and the time step to come. Not collective.
+SumBounds sum_bounds(const GridGeometry& grid, const TransferSettings& transfer, const StepBounds& bounds, double dt);
+
+/// Sums mass and momentum of all particles into `pool` (zeroed here; layout.n_nodes() nodes):
+///   m_i = sum w m_p (T4),  (m v)_i = sum w m_p (v_p + C_p (x_i - x_p)) (T5), C_p only for APIC,
+/// and the impulse dt f_i of the internal forces ((T11) or (T12), as `transfer` says): into `pool` too, or, when the
+/// transfer needs the velocity before the forces (flip_fraction > 0), into `impulse` (same size; else null).
+/// Reads position, velocity, affine_velocity, kirchhoff_stress, mass, reference_volume. Every contribution is rounded for
+/// order-free sums. Not collective.
+void p2g(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const ParticleSet& particles,
+         const CellMap& map, const SumBounds& sums, double dt, Node* pool, Node* impulse);
+
+}  // namespace bulkley

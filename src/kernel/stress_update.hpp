@@ -1,0 +1,46 @@
+#pragma once
+// Constitutive update of all particles of one material.
+
+#include <span>
+
+#include "bulkley/particle/particle_set.hpp"
+#include "kernel/step_bounds.hpp"
+#include "material/material.hpp"
+
+namespace bulkley {
+
+/// Advances the particles with material index `material_index` in `block` by dt.
+/// Reads velocity gradient (field `gradient`: affine_velocity or velocity_gradient), left_cauchy_green, volume_ratio, the law's
+/// internal variables, reference_volume, id. Writes left_cauchy_green, volume_ratio, internal variables, kirchhoff_stress, and,
+/// where the law flows, plastic_shear_rate and plastic_dissipation. Merges into `bounds`: wave_speed, viscosity, stress_volume,
+/// smallest/largest_volume_ratio, n_not_finite, n_inverted, failed_id. A particle that fails (det(1 + dt L) <= 0, or a
+/// result that is not finite) is counted once and keeps its state. Other materials are not touched. The bits of a
+/// particle's result depend on that particle alone. Requires dt > 0. Not collective.
+void stress_update(const Material& material, std::uint8_t material_index, Field gradient, double dt, ParticleSet& particles,
+                   StepBounds& bounds, ParticleBlock block = {});
+
+/// The field that holds an internal variable. Not collective.
+Field field_of(Internal variable);
+
+/// The fields that particles of these materials need for their internal variables. Not collective.
+OptionalFields internal_fields(std::span<const NamedMaterial> materials);
+
+/// Gives the internal variables of the material's particles their values at the start. Not collective.
+void set_internal_variables(const Material& material, std::uint8_t material_index, ParticleSet& particles);
+
+/// The state of one particle, which must be of this law. Not collective.
+template <class Law>
+State<double, n_internal<Law>> particle_state(const Law&, const ParticleSet& particles, LocalIndex p) {
+  constexpr int n = n_internal<Law>;
+  State<double, n> state;
+  for (int c = 0; c < 6; ++c) state.left_cauchy_green.c[c] = particles.real(Field::left_cauchy_green, c)[p];
+  state.volume_ratio = particles.real(Field::volume_ratio)[p];
+  if constexpr (n > 0) {
+    int k = 0;
+    for (const Internal variable : Law::internal)
+      for (int c = 0; c < n_components(variable); ++c) state.internal[k++] = particles.real(field_of(variable), c)[p];
+  }
+  return state;
+}
+
+}  // namespace bulkley

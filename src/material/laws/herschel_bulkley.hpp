@@ -1,0 +1,119 @@
+#pragma once
+// Herschel-Bulkley fluid: a neo-Hookean solid that flows above a yield stress.
+
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "material/laws/neo_hookean.hpp"
+#include "material/return_map.hpp"
+#include "material/viscous_stress.hpp"
+
+namespace bulkley {
+
+/// One step of a neo-Hookean solid that flows by `rule` (T19) to (T23): elastic trial; backward Euler on s (return_map.hpp);
+/// the deviator scaled to the new s; the spherical part of b chosen such that det b = 1. The common alternative for the last
+/// step, dividing b by (det b)^(1/3), would shrink s as well. Dissipation is (3/2) mu (tr b_trial / 3 - tr b / 3), the elastic
+/// energy that the flow took away. Requires det(1 + dt L) > 0 and dt > 0. Not collective.
+template <class Real, class Number>
+inline Update<Real> flow_step(const NeoHookean& elastic, const FlowRule<Number>& rule, State<Real>& state,
+                              const Tensor<Real>& velocity_gradient, double dt) {
+  const Real zero = broadcast<Real>(0.0);
+  const double mu = elastic.parameters.shear_modulus;
+  if (mu == 0.0) return elastic.update(state, velocity_gradient, dt);
+  deform(state, velocity_gradient, dt);
+  SymTensor<Real>& b = state.left_cauchy_green;
+  const Real trial_mean = trace(b) * (1.0 / 3.0);
+  SymTensor<Real> e = deviator(b);
+  const Real trial_norm_squared = norm_squared(e);
+  const FlowReturn<Real> flow = flow_return(mu * square_root(trial_norm_squared), mu, trial_mean, dt, rule);
+  Real dissipation = zero;
+  if (any(flow.yields)) {
+    const Real ratio_squared = flow.ratio * flow.ratio;
+    const Real J2 = 0.5 * trial_norm_squared * ratio_squared;
+    const Real J3 = determinant(e) * (flow.ratio * ratio_squared);
+    const Real mean = isochoric_mean(J2, J3, trial_mean, flow.yields);
+    for (Real& component : e.c) component *= flow.ratio;  // 1 where elastic
+    for (int c = 0; c < 6; ++c) b.c[c] = c < 3 ? select(flow.yields, e.c[c] + mean, b.c[c]) : e.c[c];
+    dissipation = select(flow.yields, (1.5 * mu) * (trial_mean - mean), zero);
+  }
+  return {elastic.kirchhoff_stress(e, state.volume_ratio), std::sqrt(2.0) * flow.rate, dissipation};
+}
+
+/// Viscoplastic flow of Yue et al. 2015, section 5: with s = ||dev tau||, gamma = (max(0, s - sqrt(2/3) sigma_Y) /
+/// eta)^(1/h); beside it, if wanted, the Newtonian stress of a background fluid.
+struct HerschelBulkley {
+  struct Parameters {
+    double density = std::numeric_limits<double>::quiet_NaN();        ///< kg/m^3, reference, > 0
+    double bulk_modulus = std::numeric_limits<double>::quiet_NaN();   ///< kappa, Pa, > 0
+    double shear_modulus = std::numeric_limits<double>::quiet_NaN();  ///< mu, Pa, >= 0
+    double sigma_Y = std::numeric_limits<double>::quiet_NaN();        ///< yield stress, Pa, >= 0, von Mises convention
+    double eta = std::numeric_limits<double>::quiet_NaN();            ///< Pa s^h, >= 0; 0: plastic, infinity: elastic
+    double h = std::numeric_limits<double>::quiet_NaN();              ///< flow index, 0.1 to 3; < 1 shear thinning
+    double background_viscosity = 0.0;                                ///< Pa s, >= 0
+  };
+  Parameters parameters;
+  /// Of eta and h as they were when the law was made; goes unused, at a loss of speed, once they have changed.
+  std::shared_ptr<const OverstressTable> table = make_overstress_table(parameters.eta, parameters.h);
+
+  static constexpr const char* law_name = "herschel_bulkley";
+  static constexpr bool flows = true;
+  static constexpr std::array<Internal, 0> internal{};
+
+  double density() const { return parameters.density; }
+  double viscosity() const { return parameters.background_viscosity; }
+
+  /// The elastic part.
+  NeoHookean elastic() const { return {{parameters.density, parameters.bulk_modulus, parameters.shear_modulus}}; }
+
+  /// The flow rule in the form of return_map.hpp.
+  FlowRule<double> flow_rule() const {
+    const bool fits = table && table->eta() == parameters.eta && table->h() == parameters.h;
+    const double radius = std::sqrt(2.0 / 3.0) * parameters.sigma_Y;
+    if (!fits) [[unlikely]]
+      return {radius, parameters.eta, parameters.h};
+    return {radius, parameters.eta, parameters.h, table.get(), table->log_eta()};
+  }
+
+  template <class Real>
+  SymTensor<Real> kirchhoff_stress(const State<Real>& state) const {
+    return elastic().kirchhoff_stress(state);
+  }
+  template <class Real>
+  Real wave_speed_squared(const State<Real>& state) const {
+    return elastic().wave_speed_squared(state);
+  }
+  template <class Real>
+  Real energy_density(const State<Real>& state) const {
+    return elastic().energy_density(state);
+  }
+
+  /// See law.hpp and flow_step. The background's stress is 2 background_viscosity J dev D.
+  template <class Real>
+  Update<Real> update(State<Real>& state, const Tensor<Real>& velocity_gradient, double dt) const {
+    Update<Real> result = flow_step(elastic(), flow_rule(), state, velocity_gradient, dt);
+    if (parameters.background_viscosity > 0.0)
+      add_viscous_stress(result, velocity_gradient, state.volume_ratio, parameters.background_viscosity, dt);
+    return result;
+  }
+};
+
+/// What is wrong with the parameters, as one sentence; empty when nothing is. Not collective.
+std::optional<std::string> parameter_fault(const HerschelBulkley::Parameters& parameters);
+
+/// The constants that a shear rheometer reports: tau = yield_stress + consistency * shear_rate^flow_index.
+struct ShearRheometerConstants {
+  double yield_stress = std::numeric_limits<double>::quiet_NaN();  ///< tau_y, Pa
+  double consistency = std::numeric_limits<double>::quiet_NaN();   ///< K, Pa s^n
+  double flow_index = std::numeric_limits<double>::quiet_NaN();    ///< n = h
+};
+
+/// (T24): tau_y = sigma_Y / sqrt(3), K = eta 2^(-(1+h)/2): steady simple shear at small elastic strain. Not collective.
+ShearRheometerConstants shear_rheometer_constants(const HerschelBulkley::Parameters& parameters);
+
+/// The inverse: fills sigma_Y = sqrt(3) tau_y, eta = K 2^((1+h)/2) and h, and leaves the rest alone. Not collective.
+void set_flow(HerschelBulkley::Parameters& parameters, const ShearRheometerConstants& constants);
+
+}  // namespace bulkley

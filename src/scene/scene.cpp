@@ -1,0 +1,188 @@
+#include "scene/scene.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <set>
+
+#include "bulkley/base/error.hpp"
+#include "bulkley/config/keys.hpp"
+#include "config/nearest.hpp"
+#include "geometry/builtin_mesh.hpp"
+#include "geometry/mesh_shape.hpp"
+#include "kernel/stress_update.hpp"
+#include "material/material_keys.hpp"
+#include "scene/body_keys.hpp"
+#include "scene/boundary_keys.hpp"
+#include "scene/grid_keys.hpp"
+#include "scene/output_keys.hpp"
+#include "scene/partition_keys.hpp"
+#include "scene/time_step_keys.hpp"
+#include "scene/transfer_keys.hpp"
+
+namespace bulkley {
+namespace {
+
+using config::Faults;
+using config::Value;
+
+/// Gives each body its material's index and density.
+void assign_materials(const Value& root, Scene& scene, Faults& faults) {
+  std::vector<std::string> names;
+  for (const NamedMaterial& named : scene.materials) names.push_back(named.name);
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    Body& body = scene.bodies[b];
+    const auto found = std::find(names.begin(), names.end(), body.material);
+    if (found == names.end()) {
+      const Value& value = *root.find("bodies")->items[b].find("material");
+      faults.add(value.place, fmt::format("body '{}' is made of '{}', which is not in [materials]{}", body.name,
+                                          body.material, config::suggestion(body.material, names)));
+      continue;
+    }
+    const auto index = found - names.begin();
+    body.material_index = static_cast<std::uint8_t>(index);
+    body.density =
+        std::visit([](const auto& law) { return law.density(); }, scene.materials[static_cast<std::size_t>(index)].material);
+  }
+}
+
+/// Entries of a list of tables must have different names.
+void require_different_names(const Value& root, const char* list_key, Faults& faults) {
+  const Value* list = root.find(list_key);
+  if (!list) return;
+  std::set<std::string> seen;
+  for (const Value& entry : list->items) {
+    const Value* name = entry.find("name");
+    if (!seen.insert(name->text).second)
+      faults.add(name->place,
+                 fmt::format("'{}' is \"{}\", which another entry of [{}] has already", name->path, name->text, list_key));
+  }
+}
+
+/// Frames hold the internal variables of the scene's laws, unless the scene says what they hold.
+void choose_frame_fields(const Value& root, Scene& scene, Faults& faults) {
+  const OptionalFields present = internal_fields(scene.materials);
+  const Value* output = root.find("output");
+  const Value* given = output ? output->find("fields") : nullptr;
+  for (const FieldInfo& field : field_table) {
+    if (!field.optional || !field.written) continue;
+    const bool listed =
+        std::find(scene.output.fields.begin(), scene.output.fields.end(), field.name) != scene.output.fields.end();
+    if (!given && present.contains(field.field)) scene.output.fields.emplace_back(field.name);
+    if (given && listed && !present.contains(field.field))
+      faults.add(given->place, fmt::format("'output.fields' names '{}', which no law among the scene's materials has ({})",
+                                           field.name, field.meaning));
+  }
+}
+
+/// As many frames and steps as a run can count, in files and in the digits of the time.
+void check_counts(const Value& root, const Scene& scene, Faults& faults) {
+  constexpr double most_frames = 1e6, most_steps = 1e15;
+  const auto require = [&](const char* table, const char* key, double interval, double most, const char* what) {
+    if (interval == 0.0 || scene.time_stepping.end_time / interval <= most) return;
+    faults.add(
+        root.find(table)->find(key)->place,
+        fmt::format("'{}.{}' is {}; it must be at least {:g}, or there are more than {:g} {} until 'time.end' = {}", table,
+                    key, interval, scene.time_stepping.end_time / most, most, what, scene.time_stepping.end_time));
+  };
+  require("output", "frame_interval", scene.output.frame_interval, most_frames, "frames");
+  require("time", "step", scene.time_stepping.dt_fixed, most_steps, "steps");
+  require("time", "largest_step", scene.time_stepping.dt_max, most_steps, "steps");
+}
+
+/// What several tables have to agree on, and the members that follow from several tables.
+void join_tables(const Value& root, Scene& scene, Faults& faults) {
+  scene.grid.order = scene.transfer.order;
+  for (std::size_t axis = 0; axis < 3; ++axis) scene.grid.periodic[axis] = scene.faces[2 * axis].kind == FaceKind::periodic;
+  check_periodic_cells(*root.find("domain"), scene.grid, faults);
+  if (scene.bodies.empty()) faults.add(root.find("bodies")->place, "'bodies' is empty; a scene needs at least one body");
+  require_different_names(root, "bodies", faults);
+  require_different_names(root, "colliders", faults);
+  assign_materials(root, scene, faults);
+  check_counts(root, scene, faults);
+  choose_frame_fields(root, scene, faults);
+  for (const Value& body : root.find("bodies")->items) scene.body_places.push_back(body.place.text());
+  if (const Value* colliders = root.find("colliders"))
+    for (const Value& collider : colliders->items) scene.collider_places.push_back(collider.place.text());
+}
+
+const config::Keys<Scene>& scene_keys() {
+  static const auto table =
+      config::Keys<Scene>("Keys that stand before the first table.")
+          .key("title", &Scene::title, {.about = "A line for people."})
+          .key("gravity", &Scene::gravity, {.about = "Acceleration of gravity.", .unit = "m/s^2"})
+          .key(
+              "acceleration_field", &Scene::acceleration_field,
+              {.about =
+                   "Body force per mass as formulas of the position in m and the time t in s, added to `gravity`. It has no "
+                   "potential: history.csv counts its work in no energy.",
+               .unit = "m/s^2",
+               .names = {"x", "y", "z", "t"},
+               .default_text = "none"})
+          .key("allow_overlap", &Scene::allow_overlap,
+               {.about = "Whether bodies may overlap; a point in several bodies belongs to the first of them."})
+          .key("domain", &Scene::grid, {.about = "Box and grid.", .required = true})
+          .key("time", &Scene::time_stepping, {.about = "Duration and time step.", .required = true})
+          .key("transfer", &Scene::transfer, {.about = "Particle-grid transfer."})
+          .key("materials", &Scene::materials, {.about = "Materials by name.", .required = true})
+          .key("bodies", &Scene::bodies, {.about = "What there is at the start.", .required = true})
+          .key("colliders", &Scene::colliders, {.about = "Rigid obstacles, fixed or moving.", .default_text = "none"})
+          .key("boundaries", &Scene::faces, {.about = "The faces of the domain."})
+          .key("output", &Scene::output, {.about = "What is written to look at."})
+          .key("checkpoint", &Scene::checkpoint, {.about = "What is written to restart from."})
+          .key("partition", &Scene::partition, {.about = "Division of the work."})
+          .check(join_tables);
+  return table;
+}
+
+/// Files of meshes by absolute paths, so that the effective text finds them from any folder.
+void resolve_mesh_files(const std::string& scene_file, Scene& scene) {
+  const auto resolved = [&](const Mesh& mesh) {
+    Mesh result = mesh;
+    const std::filesystem::path folder = std::filesystem::path(scene_file).parent_path();
+    if (!mesh.file.starts_with(builtin_prefix))
+      result.file = std::filesystem::absolute(folder / mesh.file).lexically_normal().string();
+    return result;
+  };
+  for (Body& body : scene.bodies) body.shape = with_meshes(body.shape, resolved);
+  for (Collider& collider : scene.colliders) collider.shape = with_meshes(collider.shape, resolved);
+}
+
+}  // namespace
+
+Scene parse_scene(const std::string& text, const std::string& file_name, const std::vector<std::string>& overrides) {
+  Value root = config::parse_toml(text, file_name);
+  Faults faults;
+  for (const std::string& assignment : overrides) config::apply_override(root, assignment, faults);
+  Scene scene;
+  scene_keys().read(root, scene, faults);
+  faults.throw_if_any();
+  resolve_mesh_files(file_name, scene);
+  scene.effective_text =
+      "# The effective input of a run: every key, defaults included.\n" + config::print_toml(scene_keys().write(scene));
+  return scene;
+}
+
+std::string input_reference() {
+  std::vector<config::TableText> sections;
+  scene_keys().describe("Top level", "", sections);
+  return "# The scene file\n\n"
+         "A scene is a TOML file. Units are SI. Every key is listed here; any other key is an error. Where a number is "
+         "wanted,\n"
+         "an integer will do. `--set key.path=value` on the command line overrides or adds a key; entries of a list go by "
+         "index\n"
+         "or by name, as in `--set bodies.0.velocity=[0,0,-3]` or `--set bodies.ball.material=pie`.\n\n"
+         "Formulas are texts such as `\"sin(2*pi*x)\"`, read by muParser: `+ - * / ^`, comparisons, `&& ||`, `a ? b : c`, "
+         "the\n"
+         "constant `pi`, and abs, sign, sqrt, exp, ln, log2, log10, sin, cos, tan, asin, acos, atan, atan2, sinh, cosh, "
+         "tanh,\n"
+         "asinh, acosh, atanh, floor, rint, min, max, sum, avg. A formula may name what it works out on the way, each step\n"
+         "ending with a comma: `\"r = sqrt(x*x + y*y), r > 0 ? y/r : 0\"`.\n\n"
+         "Numbers are finite and no larger than 1e100 in magnitude. A scene file has at most 16 MiB, 500000 values, "
+         "brackets 32 "
+         "deep\nand formulas of 4000 characters.\n\n"
+         "This page is printed by `bulkley input-reference`; do not edit it.\n\n" +
+         config::print_reference(sections);
+}
+
+}  // namespace bulkley

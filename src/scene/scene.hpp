@@ -1,0 +1,62 @@
+#pragma once
+// Everything a scene file says.
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "balance/partition_settings.hpp"
+#include "grid/boundary.hpp"
+#include "kernel/transfer.hpp"
+#include "material/material.hpp"
+#include "particle/seeding.hpp"
+#include "scene/output_settings.hpp"
+#include "stepping/time_step.hpp"
+
+namespace bulkley {
+
+struct Scene {
+  std::string title;
+  GridGeometry grid;
+  Vec3 gravity{0.0, 0.0, -9.81};     ///< m/s^2
+  VectorFormula acceleration_field;  ///< m/s^2, of x, y, z, t; added to gravity
+  TransferSettings transfer;
+  TimeStepSettings time_stepping;
+  std::vector<NamedMaterial> materials;
+  std::vector<Body> bodies;
+  bool allow_overlap = false;  ///< bodies may overlap; the first in the file wins
+  Faces faces;
+  std::vector<Collider> colliders;
+  OutputSettings output;
+  CheckpointSettings checkpoint;
+  PartitionSettings partition;
+  std::vector<std::string> body_places;      ///< "file:line:column" of each body, for messages; may be empty
+  std::vector<std::string> collider_places;  ///< of each collider
+  std::string effective_text;                ///< the effective input as TOML; parsing it gives this scene again
+};
+
+/// Parses and checks a scene. `overrides`: "key.path=value" strings; entries of a list go by index or name
+/// ("bodies.0.velocity=[0,0,-1]", "bodies.ball.material=pie"); a value that is not TOML is taken as text.
+/// Throws UsageError with one sentence per fault and line, each "file:line:column: ..." or "--set key.path=value: ...".
+/// Not collective: every rank parses the same text.
+Scene parse_scene(const std::string& text, const std::string& file_name, const std::vector<std::string>& overrides);
+
+/// Counts the particles that bodies put into a grid.
+using ParticleCounter = std::function<GlobalIndex(const GridGeometry& grid, const std::vector<Body>& bodies)>;
+
+/// On this rank alone. Not collective.
+GlobalIndex count_alone(const GridGeometry& grid, const std::vector<Body>& bodies);
+
+/// What the shapes' geometry says about a parsed scene: every body inside the domain, holding at least one particle, and
+/// overlapping no other unless the scene allows it (judged by the particles it would get, hence dearer than parsing).
+/// Throws UsageError with one sentence per fault and line. Collective if `count` is.
+void check_bodies(const Scene& scene, const ParticleCounter& count = count_alone);
+
+/// Colliders must be thicker than two cells: a thinner one does not keep the material on its two sides apart. Throws UsageError
+/// with one sentence per fault and line, each with the thickness that is needed. Not collective (alike on every rank).
+void check_colliders(const Scene& scene);
+
+/// The page docs/input.md: every key with type, unit, default, range and meaning, in Markdown. Not collective.
+std::string input_reference();
+
+}  // namespace bulkley

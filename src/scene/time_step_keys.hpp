@@ -1,0 +1,80 @@
+#pragma once
+// Keys of [time] of a scene.
+
+#include <fmt/format.h>
+
+#include "bulkley/config/keys.hpp"
+#include "stepping/time_step.hpp"
+
+namespace bulkley {
+
+inline config::Names<TimeStepMode> names(config::Of<TimeStepMode>) {
+  return {{"adaptive", TimeStepMode::adaptive}, {"fixed", TimeStepMode::fixed}};
+}
+
+inline config::Names<DeformationCheck> names(config::Of<DeformationCheck>) {
+  return {{"risky", DeformationCheck::risky}, {"always", DeformationCheck::always}};
+}
+
+inline const config::Keys<TimeStepSettings>& keys(config::Of<TimeStepSettings>) {
+  using S = TimeStepSettings;
+  const auto fixed = [](const S& s) { return s.mode == TimeStepMode::fixed; };
+  static const auto table =
+      config::Keys<S>("How long the run lasts, and its time step (docs/theory.md, \"Time step\").")
+          .key("end", &S::end_time, {.about = "End of the run.", .unit = "s", .range = config::above(0.0), .required = true})
+          .key("mode", &S::mode, {.about = "Whether the time step follows the limits or is given."})
+          .key("step", &S::dt_fixed, {.about = "The time step.", .unit = "s", .range = config::above(0.0), .required = true})
+          .only_with("mode = \"fixed\"", fixed)
+          .key("allow_unstable", &S::allow_unstable,
+               {.about = "Warn of a time step above the limits instead of refusing it."})
+          .only_with("mode = \"fixed\"", fixed)
+          .key("initial_step", &S::dt_initial,
+               {.about = "First time step; 0: a tenth of the limit at the start.",
+                .unit = "s",
+                .range = config::at_least(0.0)})
+          .key("largest_step", &S::dt_max,
+               {.about = "Largest time step; 0: whatever the limits allow.", .unit = "s", .range = config::at_least(0.0)})
+          .key("smallest_step", &S::dt_min,
+               {.about = "Time step below which the run fails; 0: 1e-6 of the first limit.",
+                .unit = "s",
+                .range = config::at_least(0.0)})
+          .key("cfl", &S::cfl,
+               {.about = "Largest part of a cell that a particle may cross in a step.", .range = config::above_to(0.0, 0.5)})
+          .key("elastic_cfl", &S::elastic_cfl,
+               {.about = "Largest part of a cell that an elastic wave may cross in a step.",
+                .range = config::above_to(0.0, 1.0)})
+          .key("viscous_cfl", &S::viscous_cfl,
+               {.about = "Time step over dx^2 / (6 nu), nu the kinematic viscosity of the most viscous material with a "
+                         "Newtonian stress.",
+                .range = config::above_to(0.0, 1.0)})
+          .key("deformation_limit", &S::deformation_limit,
+               {.about = "Largest deformation of a particle in a step, as the norm of dt times its velocity gradient.",
+                .range = config::above_to(0.0, 0.5)})
+          .key("growth", &S::growth,
+               {.about = "Factor by which a trial enlarges the time step.", .range = config::above_to(1.0, 2.0)})
+          .key("trial_interval", &S::trial_interval,
+               {.about = "Steps between trials.", .unit = "steps", .range = config::between(1.0, 1e6)})
+          .key("deformation_check", &S::deformation_check,
+               {.about = "Whether every step is checked for its deformation, or only trials and steps that come close to "
+                         "the limit."})
+          .key("smallest_volume_ratio", &S::smallest_volume_ratio,
+               {.about = "The run fails when a particle is crushed to less than this part of its volume.",
+                .range = config::above_to(0.0, 1.0)})
+          .key("largest_volume_ratio", &S::largest_volume_ratio,
+               {.about = "The run fails when a particle grows to more than this multiple of its volume.",
+                .range = config::at_least(1.0)})
+          .check([](const config::Value& value, S& s, config::Faults& faults) {
+            if (s.dt_max == 0.0) return;
+            if (s.dt_min > s.dt_max)
+              faults.add(value.find("smallest_step")->place,
+                         fmt::format("'{}.smallest_step' is {}; it must be at most 'largest_step' = {}", value.path,
+                                     s.dt_min, s.dt_max));
+            if (s.dt_initial > s.dt_max)
+              faults.add(value.find("initial_step")->place,
+                         fmt::format("'{}.initial_step' is {}; it must be at most 'largest_step' = {}", value.path,
+                                     s.dt_initial, s.dt_max));
+          });
+  return table;
+}
+
+}  // namespace bulkley

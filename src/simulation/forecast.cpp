@@ -1,0 +1,193 @@
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <set>
+#include <type_traits>
+
+#include "balance/traffic.hpp"
+#include "io/checkpoint/checkpoint.hpp"
+#include "io/frames/frame.hpp"
+#include "simulation/forecast.hpp"
+#include "simulation/setup.hpp"
+
+namespace bulkley {
+
+namespace {
+
+constexpr double undefined = std::numeric_limits<double>::quiet_NaN();
+
+// Stress at shear rate U / L and what is yield stress of it; only fluids have either.
+struct FlowStress {
+  double total = undefined, yield = undefined;
+};
+FlowStress flow_stress(const Material& material, double rate) {
+  return std::visit(
+      [rate]<class Law>(const Law& law) -> FlowStress {
+        const auto& p = law.parameters;
+        if constexpr (std::is_same_v<Law, Newtonian>) {
+          return {p.viscosity * rate, 0.0};
+        } else if constexpr (std::is_same_v<Law, OldroydB>) {
+          return {(p.solvent_viscosity + p.shear_modulus * p.relaxation_time) * rate, 0.0};
+        } else if constexpr (std::is_base_of_v<HerschelBulkley::Parameters, typename Law::Parameters>) {
+          const ShearRheometerConstants c = shear_rheometer_constants(p);  // of the full structure, if it has one
+          return {c.yield_stress + c.consistency * std::pow(rate, c.flow_index) + p.background_viscosity * rate,
+                  c.yield_stress};
+        } else {
+          return {};
+        }
+      },
+      material);
+}
+
+// Of a lattice of points over the bounds: exact for a rigid motion, whose fastest point is a corner, and near for a field.
+double fastest_start(const GridGeometry& grid, const Body& body, const Bounds& box) {
+  const int n = body.velocity_field.given() ? 16 : 1;  // intervals per axis
+  StartMotion motion(grid, body);
+  double fastest = 0.0;
+  for (int i = 0; i <= n; ++i)
+    for (int j = 0; j <= n; ++j)
+      for (int k = 0; k <= n; ++k) {
+        const Vec3 part(1.0 * i / n, 1.0 * j / n, 1.0 * k / n);
+        const double speed = motion.velocity(box.lower + part.cwiseProduct(box.upper - box.lower)).norm();
+        if (speed > fastest) fastest = speed;  // false for NaN, which a field may give outside the body
+      }
+  return fastest;
+}
+
+BodyForecast body_forecast(const Comm& comm, const Scene& scene, const Body& body) {
+  BodyForecast f;
+  f.name = body.name;
+  f.material = body.material;
+  Scene alone = scene;
+  alone.bodies = {body};
+  f.n_particles = seeded_census(comm, alone).n_particles();
+  const double dx = scene.grid.cell_size;
+  f.mass = static_cast<double>(f.n_particles) * body.density * dx * dx * dx / body.particles_per_cell;
+
+  const Bounds box = bounds(body.shape);
+  f.size = (box.upper - box.lower).maxCoeff();
+  f.speed = fastest_start(scene.grid, body, box);
+  f.at_rest = f.speed == 0.0;
+  const double u = f.at_rest ? std::sqrt(scene.gravity.norm() * f.size) : f.speed;
+  const Material& material = scene.materials[body.material_index].material;
+  const FlowStress stress = flow_stress(material, u / f.size);
+  f.wave_speed = wave_speed_at_rest(material);
+  f.reynolds = body.density * u * u / stress.total;
+  f.bingham = stress.yield / (stress.total - stress.yield);
+  f.mach = u / f.wave_speed;
+  if (f.at_rest) f.speed = u;
+  return f;
+}
+
+// What PETSc keeps of a DMDA for each node, and what it and MPI come to occupy beyond the empty program, bytes: measured
+// with PETSc 3.18 and Open MPI 4.1 (docs/performance.md, "Memory").
+constexpr double dmda_bytes_per_node = 20.0;
+constexpr double library_bytes = 5.0e6;
+
+// Bytes by rank: particles with their work arrays, nodes of the pool and as many owned ones, the tables over all tiles, and
+// where the grid is written its DMDA and a vector. Precondition: check_grid_output.
+std::vector<double> memory_estimates(const Scene& scene, const Partition& partition,
+                                     const std::vector<RankTraffic>& traffic) {
+  const ParticleSet sample(optional_fields(scene));
+  // Particles, one column of scratch for sorting, cell and order of each.
+  const double per_particle = static_cast<double>(sample.bytes_per_particle()) + 8.0 + 2.0 * sizeof(LocalIndex);
+  const double vectors = scene.transfer.flip_fraction() > 0.0 ? 2.0 : 1.0;
+  const double footprint = std::pow(footprint_width(scene.grid.order), 2);
+  const double tables = static_cast<double>(scene.grid.n_tiles()) * sizeof(std::int32_t);
+  std::vector<double> bytes;
+  for (const RankTraffic& rank : traffic)
+    bytes.push_back(library_bytes + tables + per_particle * static_cast<double>(rank.n_particles) +
+                    2.0 * vectors * sizeof(Node) * static_cast<double>(rank.n_pool_nodes) +
+                    sizeof(LocalIndex) * (tile_nodes + footprint) * static_cast<double>(rank.n_tiles));
+  if (!scene.output.grid) return bytes;
+  const Boxes& boxes = *partition.boxes;
+  for (int i = 0; i < boxes.n_ranks[0]; ++i)
+    for (int j = 0; j < boxes.n_ranks[1]; ++j)
+      for (int k = 0; k < boxes.n_ranks[2]; ++k) {
+        const double owned = 1.0 * boxes.nodes[0][i] * boxes.nodes[1][j] * boxes.nodes[2][k];
+        bytes[static_cast<std::size_t>(boxes.rank_of({i, j, k}))] += (sizeof(Node) + dmda_bytes_per_node) * owned;
+      }
+  return bytes;
+}
+
+}  // namespace
+
+double wave_speed_at_rest(const Material& material) {
+  return std::visit([](const auto& law) { return std::sqrt(law.wave_speed_squared(state_at_rest(law))); }, material);
+}
+
+Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks) {
+  check_grid_output(scene, n_ranks);
+  Forecast f;
+  f.n_ranks = n_ranks;
+  StepBounds start;
+  for (const Body& body : scene.bodies) {
+    f.bodies.push_back(body_forecast(comm, scene, body));
+    const BodyForecast& b = f.bodies.back();
+    if (!b.at_rest) start.speed.include(b.speed, -1);
+    start.wave_speed.include(b.wave_speed, -1);
+    std::visit([&](const auto& law) { start.viscosity.include(law.viscosity() / law.density(), -1); },
+               scene.materials[body.material_index].material);
+    if (b.mach > 0.3)
+      f.warnings.push_back(fmt::format(
+          "body '{}' moves at Mach {:.2f}: impacts will compress it noticeably; a larger bulk_modulus makes it stiffer",
+          b.name, b.mach));
+  }
+  for (const NamedMaterial& material : scene.materials)
+    if (!material.caveat.empty()) f.warnings.push_back(fmt::format("material '{}': {}", material.name, material.caveat));
+  const TileCensus census = seeded_census(comm, scene);
+  f.n_particles = census.n_particles();
+  std::vector<GlobalIndex> share;
+  std::vector<double> bytes{0.0};
+  root_guard(comm, [&] {
+    const CostModel cost = assumed_cost(scene);
+    const TileLoad load = tile_load(census, cost);
+    PartitionNotes notes;
+    const Partition partition = make_partition(scene.grid, scene.partition, load, n_ranks, nullptr, cost, &notes);
+    f.warnings.insert(f.warnings.end(), notes.warnings.begin(), notes.warnings.end());
+    f.boxes = partition.boxes;
+    f.method = notes.method;
+    const std::vector<RankTraffic> traffic = predict_traffic(scene.grid, partition, load);
+    for (const RankTraffic& rank : traffic) share.push_back(rank.n_particles);
+    f.largest_share = *std::max_element(share.begin(), share.end());
+    f.imbalance = imbalance(share);
+    bytes = memory_estimates(scene, partition, traffic);
+  });
+  f.bytes_per_rank = *std::max_element(bytes.begin(), bytes.end());
+  f.bytes_per_particle = std::accumulate(bytes.begin(), bytes.end(), 0.0) / static_cast<double>(f.n_particles);
+
+  f.checkpoint_bytes = checkpoint_bytes(optional_fields(scene), f.n_particles);
+  if (scene.output.frame_interval > 0.0) {
+    f.frame_bytes = frame_bytes(scene.output, optional_fields(scene), scene.grid, f.n_particles);
+    f.n_frames = 1 + static_cast<GlobalIndex>(scene.time_stepping.end_time / scene.output.frame_interval * (1.0 + 1e-12));
+  }
+
+  start.collider_speed = collider_speed(scene.grid, scene.colliders, 0.0, 0.0);
+  f.limit = time_step_limit(scene.time_stepping, scene.grid.cell_size, start);
+  double dt = f.limit.dt;
+  if (scene.time_stepping.mode == TimeStepMode::fixed) {
+    const std::string fault = fixed_step_fault(scene.time_stepping, scene.grid.cell_size, start);
+    if (!fault.empty() && !scene.time_stepping.allow_unstable) throw UsageError(fault);
+    if (!fault.empty()) f.warnings.push_back(fault);
+    dt = scene.time_stepping.dt_fixed;
+    f.limit = {dt, Limiter::fixed, -1};
+  }
+  f.n_steps = std::ceil(scene.time_stepping.end_time / dt);
+  if (f.n_steps > many_steps)
+    f.warnings.push_back(
+        fmt::format("the run needs about {:.2g} steps (more than {:.0g}), because the stiffest material has a wave speed of "
+                    "{:.4g} m/s; a "
+                    "smaller bulk_modulus is enough while the Mach number stays below 0.1",
+                    f.n_steps, many_steps, start.wave_speed.value));
+  if (comm.is_root() && n_ranks > 1 && f.largest_share > 0 && *std::min_element(share.begin(), share.end()) == 0)
+    f.warnings.push_back(
+        fmt::format("{} of {} ranks start without particles", std::count(share.begin(), share.end(), 0), n_ranks));
+  return f;
+}
+
+}  // namespace bulkley

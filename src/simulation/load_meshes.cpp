@@ -1,0 +1,76 @@
+#include "simulation/load_meshes.hpp"
+
+#include <fmt/format.h>
+
+#include <map>
+
+#include "geometry/builtin_mesh.hpp"
+#include "geometry/mesh_shape.hpp"
+#include "io/files/mesh_file.hpp"
+#include "parallel/gather.hpp"
+
+namespace bulkley {
+
+namespace {
+
+struct ReadMesh {
+  TriangleMesh triangles;
+  WeldCount welded;
+};
+
+/// Runs `work`; the mesh's place and file stand before the sentence that it throws.
+void naming(const Mesh& mesh, const std::function<void()>& work) {
+  try {
+    work();
+  } catch (const UsageError& error) {
+    throw UsageError(fmt::format("{}{}mesh '{}' {}", mesh.place, mesh.place.empty() ? "" : ": ", mesh.file, error.what()));
+  }
+}
+
+ReadMesh read(const Mesh& mesh) {
+  const std::string prefix = builtin_prefix;
+  ReadMesh result;
+  result.triangles =
+      mesh.file.starts_with(prefix) ? builtin_mesh(mesh.file.substr(prefix.size())) : read_mesh_file(mesh.file);
+  result.welded = weld_checked(result.triangles);
+  return result;
+}
+
+void broadcast(const Comm& comm, ReadMesh& mesh) {
+  std::vector<GlobalIndex> sizes = {
+      static_cast<GlobalIndex>(mesh.triangles.vertices.size()), static_cast<GlobalIndex>(mesh.triangles.triangles.size()),
+      static_cast<GlobalIndex>(mesh.welded.vertices), static_cast<GlobalIndex>(mesh.welded.degenerate),
+      static_cast<GlobalIndex>(mesh.welded.duplicates)};
+  broadcast_values(comm, sizes);
+  const auto size = [&](std::size_t n) { return static_cast<std::size_t>(sizes[n]); };
+  mesh.welded = {size(2), size(3), size(4)};
+  mesh.triangles.vertices.resize(size(0));
+  mesh.triangles.triangles.resize(size(1));
+  broadcast_values(comm, mesh.triangles.vertices);
+  broadcast_values(comm, mesh.triangles.triangles);
+}
+
+}  // namespace
+
+void load_meshes(const Comm& comm, Scene& scene, MeshesOf which) {
+  std::map<std::string, ReadMesh> files;
+  const auto fill = [&](const Mesh& mesh) {
+    const auto [entry, is_new] = files.try_emplace(mesh.file);
+    if (is_new) {
+      root_guard(comm, [&] { naming(mesh, [&] { entry->second = read(mesh); }); });
+      broadcast(comm, entry->second);
+    }
+    Mesh result = mesh;
+    result.welded = entry->second.welded;
+    naming(mesh, [&] { result = filled(result, entry->second.triangles); });
+    return result;
+  };
+  if (which == MeshesOf::everything)
+    for (Body& body : scene.bodies) body.shape = with_meshes(body.shape, fill);
+  for (Collider& collider : scene.colliders) {
+    collider.shape = with_meshes(collider.shape, fill);
+    settle_center(collider);
+  }
+}
+
+}  // namespace bulkley

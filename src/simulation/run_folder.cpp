@@ -1,0 +1,40 @@
+#include "simulation/run_folder.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "io/checkpoint/checkpoint.hpp"
+#include "io/files/text_file.hpp"
+#include "parallel/log.hpp"
+
+namespace bulkley {
+
+void prepare_folder(const Comm& comm, const RunOptions& options) {
+  root_guard(comm, [&] {
+    namespace fs = std::filesystem;
+    const fs::path folder = options.folder;
+    std::error_code error;
+    fs::create_directories(folder, error);
+    if (error) throw UsageError(fmt::format("{}: the output folder cannot be made: {}", options.folder, error.message()));
+    const bool used = fs::exists(folder / "history.csv") || fs::exists(folder / "status.json");
+    if (used && !options.restart && !options.overwrite)
+      throw UsageError(fmt::format(
+          "{}: holds an earlier run; continue it with --restart, replace it with --overwrite, or choose another --out",
+          options.folder));
+    remove_leftovers(options.folder);
+    if (options.restart || !used) return;
+    for (const char* name : {"history.csv", "status.json", "scene.toml"}) remove_file(path_in(options.folder, name));
+  });
+  if (!options.restart) remove_checkpoints_after(comm, options.folder, -1);
+}
+
+void write_failure(const Comm& comm, const std::string& folder, const Status& status) {
+  try {
+    write_status(comm, folder, status);
+  } catch (const RunError&) {
+    log_line(comm, fmt::format("{} could not be written", path_in(folder, "status.json")));
+  }
+}
+
+}  // namespace bulkley

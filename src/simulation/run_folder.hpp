@@ -1,0 +1,18 @@
+#pragma once
+// The output folder of a run: made ready before it, told of a failure after it.
+
+#include <string>
+
+#include "io/status/status.hpp"
+#include "simulation/simulation.hpp"
+
+namespace bulkley {
+
+/// The folder exists then, holds no other run and no leftovers. Throws UsageError or RunError on every rank. Collective.
+void prepare_folder(const Comm& comm, const RunOptions& options);
+
+/// Tells job scripts of a failure. The disk may be what failed: then a line says so, for the sentence that is on its way to
+/// the user counts more. Collective.
+void write_failure(const Comm& comm, const std::string& folder, const Status& status);
+
+}  // namespace bulkley

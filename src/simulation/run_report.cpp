@@ -1,0 +1,201 @@
+#include "simulation/run_report.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+
+#include "config/duration.hpp"
+
+namespace bulkley {
+
+namespace {
+
+std::vector<std::string> columns_of_particles() {
+  return {"step",
+          "time [s]",
+          "dt [s]",
+          "limiter",
+          "limiter_id",
+          "trials",
+          "accepted_trials",
+          "rejected_steps",
+          "unchecked_large_steps",
+          "mass [kg]",
+          "momentum_x [kg m/s]",
+          "momentum_y [kg m/s]",
+          "momentum_z [kg m/s]",
+          "angular_momentum_x [kg m^2/s]",
+          "angular_momentum_y [kg m^2/s]",
+          "angular_momentum_z [kg m^2/s]",
+          "kinetic_energy [J]",
+          "elastic_energy [J]",
+          "gravitational_energy [J]",
+          "dissipated_energy [J]",
+          "center_of_mass_x [m]",
+          "center_of_mass_y [m]",
+          "center_of_mass_z [m]",
+          "lower_x [m]",
+          "lower_y [m]",
+          "lower_z [m]",
+          "upper_x [m]",
+          "upper_y [m]",
+          "upper_z [m]",
+          "max_speed [m/s]",
+          "max_velocity_gradient [1/s]",
+          "max_wave_speed [m/s]",
+          "min_volume_ratio",
+          "max_volume_ratio",
+          "yielded_fraction",
+          "particles",
+          "removed_particles",
+          "imbalance",
+          "repartitions",
+          "moved_particles",
+          "migrated_particles",
+          "halo_bytes_largest [B]",
+          "halo_bytes_mean [B]",
+          "wall_time_per_step [s]"};
+}
+
+}  // namespace
+
+std::vector<std::string> history_columns(const std::vector<Collider>& colliders) {
+  std::vector<std::string> columns = columns_of_particles();
+  for (const Collider& collider : colliders) {
+    std::string name = collider.name;
+    std::replace_if(
+        name.begin(), name.end(), [](char c) { return c == ',' || c == '"' || c == '\n' || c == '\r'; }, '_');
+    for (const char* axis : {"x", "y", "z"}) columns.push_back(fmt::format("{}.force_{} [N]", name, axis));
+    for (const char* axis : {"x", "y", "z"}) columns.push_back(fmt::format("{}.torque_{} [N m]", name, axis));
+  }
+  return columns;
+}
+
+std::vector<HistoryValue> history_row(const SimulationState& state, const StepReport* report, const Diagnostics& d,
+                                      const ContactForces& contact, const HaloTraffic& halo, int n_ranks,
+                                      double seconds_per_step) {
+  const StepBounds& b = state.bounds;
+  std::vector<HistoryValue> row{state.step, state.time};
+  row.emplace_back(report ? report->plan.dt : 0.0);
+  row.emplace_back(std::string(report ? name(report->plan.limiter) : "start"));
+  row.emplace_back(report ? report->plan.id : GlobalIndex{-1});
+  for (const GlobalIndex n : {state.controller.n_trials, state.controller.n_accepted, state.controller.n_rejected,
+                              state.controller.n_unchecked_large})
+    row.emplace_back(n);
+  row.emplace_back(d.mass);
+  auto add = [&](const Vec3& v) {
+    for (int a = 0; a < 3; ++a) row.emplace_back(v[a]);
+  };
+  add(d.momentum);
+  add(d.angular_momentum);
+  for (const double energy : {d.kinetic_energy, d.elastic_energy, d.gravitational_energy, d.dissipated_energy})
+    row.emplace_back(energy);
+  add(d.center_of_mass);
+  add(d.lower);
+  add(d.upper);
+  for (const double value : {b.speed.value, b.velocity_gradient.value, b.wave_speed.value, b.smallest_volume_ratio,
+                             b.largest_volume_ratio, d.yielded_fraction})
+    row.emplace_back(value);
+  row.emplace_back(d.n_particles);
+  row.emplace_back(state.n_removed);
+  row.emplace_back(particle_imbalance(b, n_ranks));
+  for (const GlobalIndex n : {state.n_repartitions, state.n_moved, state.n_migrated, halo.largest, halo.total / n_ranks})
+    row.emplace_back(n);
+  row.emplace_back(seconds_per_step);
+  const double per_second = contact.duration > 0.0 ? 1.0 / contact.duration : 0.0;
+  for (std::size_t c = 0; c < contact.impulses.n_colliders(); ++c) {
+    add(per_second * contact.impulses.impulse(c));
+    add(per_second * contact.impulses.angular_impulse(c));
+  }
+  return row;
+}
+
+double particle_imbalance(const StepBounds& bounds, int n_ranks) {
+  if (bounds.n_particles == 0) return 1.0;
+  return static_cast<double>(bounds.largest_share) * n_ranks / static_cast<double>(bounds.n_particles);
+}
+
+RunProgress progress_at_start(const Comm& comm, const Scene& scene, const RunOptions& options) {
+  RunProgress progress;
+  progress.title = scene.title;
+  progress.program = options.program;
+  if (!options.continuation.empty())
+    progress.continuation = fmt::format("mpirun -n {} {}", comm.size(), options.continuation);
+  std::array<char, 256> host{};  // ends with a zero: gethostname may not write one
+  if (::gethostname(host.data(), host.size() - 1) == 0) progress.host = host.data();
+  progress.n_ranks = comm.size();
+  progress.end_time = scene.time_stepping.end_time;
+  return progress;
+}
+
+void update_clock(const SimulationState& state, const RunClock& clock, RunProgress& progress) {
+  progress.n_particles = state.bounds.n_particles;
+  progress.first_step = clock.first_step;
+  progress.first_time = clock.first_time;
+  progress.elapsed = MPI_Wtime() - clock.start;
+  progress.stepping = clock.stepping;
+  progress.output = clock.output;
+}
+
+void update_progress(const Comm& comm, const SimulationState& state, const RunClock& clock, const PhaseTimes& times,
+                     RunProgress& progress) {
+  update_clock(state, clock, progress);
+  progress.peak_memory = max_global(comm, static_cast<double>(peak_resident_bytes()));
+  progress.phases = summarize(comm, times);
+}
+
+std::string progress_line(const SimulationState& state, const TimeStepPlan& plan, double end_time, const RunClock& clock,
+                          int n_ranks) {
+  const double elapsed = MPI_Wtime() - clock.start;
+  const double rate = clock.stepping > 0.0 ? clock.particle_steps / clock.stepping * 1e-6 : 0.0;
+  const auto steps_done = static_cast<double>(std::max<GlobalIndex>(state.step - clock.first_step, 1));
+  const double steps_left = (end_time - state.time) / std::max(plan.dt, 1e-300);
+  return fmt::format(
+      "step {:>8}  t = {:.5f} / {:g} s  dt = {:.2e} s ({})  {} particles  v_max = {:.3g} m/s  imbalance {:.2f}  "
+      "{:.2f} M particle-steps/s  elapsed {}  left {}",
+      state.step, state.time, end_time, plan.dt, name(plan.limiter), state.bounds.n_particles, state.bounds.speed.value,
+      particle_imbalance(state.bounds, n_ranks), rate, duration_text(static_cast<double>(static_cast<long>(elapsed))),
+      duration_text(static_cast<double>(static_cast<long>(steps_left * elapsed / steps_done))));
+}
+
+std::string run_summary(const Comm& comm, const SimulationState& state, const RunClock& clock, const PhaseTimes& times,
+                        const BalanceTotals& balance, const HaloTraffic& halo) {
+  const std::vector<PhaseSummary> phases = summarize(comm, times);
+  const double peak = max_global(comm, static_cast<double>(peak_resident_bytes()));
+  // A rank-second is one rank for one second: per particle and step that is what the job pays for.
+  auto per_particle = [&](double seconds) {
+    return clock.particle_steps > 0.0 ? seconds * comm.size() / clock.particle_steps * 1e9 : 0.0;
+  };
+  const double total = MPI_Wtime() - clock.start;
+  const double mean_imbalance =
+      clock.particle_steps > 0.0 ? clock.largest_share_steps * comm.size() / clock.particle_steps : 1.0;
+  std::string text = fmt::format(
+      "{} steps to t = {:g} s in {} ({} in steps, {} in output); {} trials, {} accepted; {} steps rejected before they were "
+      "taken\n",
+      state.step - clock.first_step, state.time, duration_text(total), duration_text(clock.stepping),
+      duration_text(clock.output), state.controller.n_trials, state.controller.n_accepted, state.controller.n_rejected);
+  text += fmt::format(
+      "{} particles on {} ranks, imbalance {:.3f} (mean over the steps {:.3f}), {} removed; peak memory {:.0f} MiB on the "
+      "largest "
+      "rank\n",
+      state.bounds.n_particles, comm.size(), particle_imbalance(state.bounds, comm.size()), mean_imbalance, state.n_removed,
+      peak / (1024.0 * 1024.0));
+  if (comm.size() > 1) {
+    const double n_particles = std::max(1.0, static_cast<double>(state.bounds.n_particles));
+    text += fmt::format(
+        "{} new maps of tiles to ranks, {:.1f} % of the particles moved by each, {:.2g} % of the time in steps; {} KiB sent "
+        "per step by the busiest rank, {} on average\n",
+        balance.n_repartitions,
+        100.0 * static_cast<double>(balance.n_moved) /
+            (n_particles * static_cast<double>(std::max<GlobalIndex>(balance.n_repartitions, 1))),
+        100.0 * balance.seconds / std::max(clock.stepping, 1e-300), halo.largest / 1024, halo.total / comm.size() / 1024);
+  }
+  text +=
+      fmt::format("{:.1f} ns per particle, step and rank (ranks x time / particle-steps):", per_particle(clock.stepping));
+  for (const PhaseSummary& phase : phases) text += fmt::format("  {} {:.1f}", phase.name, per_particle(phase.mean));
+  return text;
+}
+
+}  // namespace bulkley

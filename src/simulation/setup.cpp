@@ -1,0 +1,146 @@
+#include "simulation/setup.hpp"
+#include "rebalance/share.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "geometry/mesh_shape.hpp"
+#include "kernel/stress_update.hpp"
+#include "parallel/gather.hpp"
+#include "scene/scene_difference.hpp"
+
+namespace bulkley {
+
+Physics physics_of(const Scene& scene) {
+  std::vector<Collider> colliders = scene.colliders;
+  for (Collider& collider : colliders) collider.shape = sampled_for_contact(collider.shape, scene.grid.cell_size);
+  return {scene.grid,      scene.transfer, scene.time_stepping, scene.gravity,
+          scene.materials, scene.faces,    colliders,           scene.acceleration_field};
+}
+
+OptionalFields optional_fields(const Scene& scene) {
+  OptionalFields fields = internal_fields(scene.materials);
+  if (scene.transfer.needs_velocity_gradient()) fields.insert(Field::velocity_gradient);
+  return fields;
+}
+
+namespace {
+
+// Of the tiles of the grid that this rank counts in.
+TileCensus count_share(const Comm& comm, const GridGeometry& grid, const std::vector<Body>& bodies) {
+  const EvenShare tiles = even_share(comm, grid.n_tiles());
+  TileCensus census;
+  collective_guard(comm, [&] {
+    census = count_particles(grid, bodies, static_cast<TileIndex>(tiles.first), static_cast<TileIndex>(tiles.end));
+  });
+  return census;
+}
+
+}  // namespace
+
+ParticleCounter shared_counter(const Comm& comm) {
+  return [&comm](const GridGeometry& grid, const std::vector<Body>& bodies) {
+    return sum_global(comm, count_share(comm, grid, bodies).n_particles());
+  };
+}
+
+std::vector<std::string> material_names(const Scene& scene) {
+  std::vector<std::string> names;
+  for (const NamedMaterial& m : scene.materials) names.push_back(m.name);
+  return names;
+}
+
+void expect_materials(const std::string& file, const std::vector<std::string>& found, const Scene& scene) {
+  const std::vector<std::string> names = material_names(scene);
+  if (found != names)
+    throw UsageError(
+        fmt::format("{}: its materials are [{}], those of the scene [{}]: this is a checkpoint of another scene", file,
+                    fmt::join(found, ", "), fmt::join(names, ", ")));
+}
+
+std::string expect_same_scene(const std::string& file, const std::string& scene_text, const Scene& scene, bool may) {
+  constexpr std::size_t n_told = 3;
+  const std::vector<std::string> differences = scene_differences(scene_text, scene);
+  if (differences.empty()) return {};
+  const std::size_t n = std::min(n_told, differences.size());
+  std::string text =
+      fmt::format("{}: its scene is not this one: {}", file, fmt::join(differences.begin(), differences.begin() + n, "; "));
+  if (differences.size() > n) text += fmt::format("; and {} more", differences.size() - n);
+  if (!may) throw UsageError(text + "; --changed-scene continues all the same");
+  return text + "; continuing with this one";
+}
+
+void expect_inside(const GridGeometry& grid, const ParticleSet& particles, const std::string& file) {
+  const Vec3 lower = grid.lower, upper = grid.upper();
+  for (int axis = 0; axis < 3; ++axis) {
+    const double* const x = particles.real(Field::position, axis);
+    for (LocalIndex p = 0; p < particles.size(); ++p)
+      if (!(x[p] >= lower[axis] && x[p] <= upper[axis]))
+        throw UsageError(
+            fmt::format("{}: holds particles outside the domain of the scene: this is a checkpoint of another "
+                        "scene",
+                        file));
+  }
+}
+
+TileCensus seeded_census(const Comm& comm, const Scene& scene) {
+  return gather_census(comm, count_share(comm, scene.grid, scene.bodies));
+}
+
+TileTotals tile_totals(const Comm& comm, const GridGeometry& grid, const TileCensus& local, const CostModel& cost) {
+  const auto n_tiles = static_cast<std::size_t>(grid.n_tiles());
+  TileTotals totals{std::vector<GlobalIndex>(n_tiles, 0), std::vector<double>(n_tiles, 0.0)};
+  const TileLoad load = tile_load(gather_census(comm, local), cost);  // the root's; empty elsewhere
+  for (std::size_t t = 0; t < load.size(); ++t) {
+    const auto tile = static_cast<std::size_t>(load.tile[t]);
+    totals.n_particles[tile] = load.count[t];
+    totals.cost[tile] = 1e-3 * static_cast<double>(load.weight[t]);
+  }
+  broadcast_values(comm, totals.n_particles);
+  broadcast_values(comm, totals.cost);
+  return totals;
+}
+
+CostModel assumed_cost(const Scene& scene) {
+  CostModel cost;
+  cost.n_exchanges = scene.transfer.n_exchanges();
+  return cost;
+}
+
+void check_grid_output(const Scene& scene, int n_ranks) {
+  if (!scene.output.grid) return;
+  Grid::check_fits(scene.grid);
+  if (const std::string fault = box_fault(scene.grid, n_ranks); !fault.empty())
+    throw UsageError(fmt::format("{}, as output.grid = true needs; use another number of ranks or a finer grid", fault));
+}
+
+Partition first_partition(const Comm& comm, const Scene& scene, const TileCensus& census, const CostModel& cost) {
+  Partition partition;
+  root_guard(comm, [&] {
+    PartitionNotes notes;
+    partition = make_partition(scene.grid, scene.partition, tile_load(census, cost), comm.size(), nullptr, cost, &notes);
+    for (const std::string& warning : notes.warnings) fmt::print(stderr, "warning: {}\n", warning);
+  });
+  return share_partition(comm, std::move(partition));
+}
+
+ParticleSet seed_share(const Comm& comm, const Scene& scene, const Partition& partition) {
+  std::vector<TileIndex> tiles;
+  for (std::size_t tile = 0; tile < partition.worker.size(); ++tile)
+    if (partition.worker[tile] == comm.rank()) tiles.push_back(static_cast<TileIndex>(tile));
+  ParticleSet particles(optional_fields(scene));
+  collective_guard(comm, [&] { seed_particles(scene.grid, scene.bodies, tiles, particles); });
+  for (std::size_t m = 0; m < scene.materials.size(); ++m)
+    set_internal_variables(scene.materials[m].material, static_cast<std::uint8_t>(m), particles);
+  return particles;
+}
+
+std::unique_ptr<Solver> start_solver(const Comm& comm, const Scene& scene) {
+  Partition partition = first_partition(comm, scene, seeded_census(comm, scene), assumed_cost(scene));
+  ParticleSet particles = seed_share(comm, scene, partition);
+  return std::make_unique<Solver>(comm, physics_of(scene), std::move(partition), std::move(particles), std::nullopt);
+}
+
+}  // namespace bulkley

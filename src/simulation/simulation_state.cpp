@@ -1,0 +1,131 @@
+#include "simulation/simulation_state.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "bulkley/base/error.hpp"
+
+namespace bulkley {
+
+namespace {
+
+// One list of names serves both directions: `visit(name, number)` for every member, double or integer.
+template <class State, class Visit>
+void for_each_number(State& state, Visit visit) {
+  visit("next_frame", state.next_frame);
+  visit("n_removed", state.n_removed);
+  visit("last_step", state.dt_last);
+
+  auto& c = state.controller;
+  visit("controller.stable_step", c.dt_stable);
+  visit("controller.first_limit", c.dt_first_limit);
+  visit("controller.wait", c.wait);
+  visit("controller.since_trial", c.since_trial);
+  visit("controller.n_steps", c.n_steps);
+  visit("controller.n_trials", c.n_trials);
+  visit("controller.n_accepted", c.n_accepted);
+  visit("controller.n_rejected", c.n_rejected);
+  visit("controller.n_unchecked_large", c.n_unchecked_large);
+
+  auto& b = state.bounds;
+  visit("bounds.speed", b.speed.value);
+  visit("bounds.speed_id", b.speed.id);
+  visit("bounds.wave_speed", b.wave_speed.value);
+  visit("bounds.wave_speed_id", b.wave_speed.id);
+  visit("bounds.viscosity", b.viscosity.value);
+  visit("bounds.viscosity_id", b.viscosity.id);
+  visit("bounds.velocity_gradient", b.velocity_gradient.value);
+  visit("bounds.velocity_gradient_id", b.velocity_gradient.id);
+  visit("bounds.mass", b.mass);
+  visit("bounds.momentum", b.momentum);
+  visit("bounds.stress_volume", b.stress_volume);
+  visit("bounds.cell_count", b.cell_count);
+  visit("bounds.smallest_volume_ratio", b.smallest_volume_ratio);
+  visit("bounds.largest_volume_ratio", b.largest_volume_ratio);
+  visit("bounds.n_particles", b.n_particles);
+}
+
+// What older checkpoints may lack; it keeps its default then.
+template <class State, class Visit>
+void for_each_late_number(State& state, Visit visit) {
+  visit("frame_tick", state.frame_tick);
+  visit("balance.n_repartitions", state.n_repartitions);
+  visit("balance.n_moved", state.n_moved);
+  visit("balance.n_migrated", state.n_migrated);
+}
+
+constexpr const char* history_time_name = "history.time";
+std::string contact_word_name(std::size_t word) { return fmt::format("contact.word_{}", word); }
+
+constexpr const char* node_cost_name = "cost.node";
+std::string particle_cost_name(std::size_t material) { return fmt::format("cost.particle_{}", material); }
+
+template <class Number>
+Number find_number(const std::map<std::string, Number>& numbers, const std::string& name) {
+  const auto found = numbers.find(name);
+  if (found == numbers.end()) throw RunError(fmt::format("the checkpoint does not hold '{}'", name));
+  return found->second;
+}
+
+}  // namespace
+
+void save_state(const SimulationState& state, Reals& reals, Integers& integers) {
+  const auto save = [&]<class Number>(const char* name, const Number& number) {
+    if constexpr (std::is_same_v<Number, double>)
+      reals[name] = number;
+    else
+      integers[name] = number;
+  };
+  for_each_number(state, save);
+  for_each_late_number(state, save);
+  reals[history_time_name] = state.history_time;
+  for (std::size_t w = 0; w < state.contact_impulses.size(); ++w) integers[contact_word_name(w)] = state.contact_impulses[w];
+  reals[node_cost_name] = state.cost.node;
+  for (std::size_t m = 0; m < state.cost.particle.size(); ++m) reals[particle_cost_name(m)] = state.cost.particle[m];
+}
+
+CostModel load_cost(const Reals& reals) {
+  CostModel cost;
+  if (const auto node = reals.find(node_cost_name); node != reals.end()) cost.node = node->second;
+  for (auto found = reals.find(particle_cost_name(0)); found != reals.end();
+       found = reals.find(particle_cost_name(cost.particle.size())))
+    cost.particle.push_back(found->second);
+  return cost;
+}
+
+SimulationState load_state(GlobalIndex step, double time, const Reals& reals, const Integers& integers) {
+  SimulationState state;
+  state.step = step;
+  state.time = time;
+  for_each_number(state, [&]<class Number>(const char* name, Number& number) {
+    if constexpr (std::is_same_v<Number, double>)
+      number = find_number(reals, name);
+    else
+      number = find_number(integers, name);
+  });
+  state.frame_tick = state.next_frame;
+  for_each_late_number(state, [&](const char* name, GlobalIndex& number) {
+    if (const auto found = integers.find(name); found != integers.end()) number = found->second;
+  });
+  const auto row_before = reals.find(history_time_name);
+  state.history_time = row_before != reals.end() ? row_before->second : time;
+  for (auto word = integers.find(contact_word_name(0)); word != integers.end();
+       word = integers.find(contact_word_name(state.contact_impulses.size())))
+    state.contact_impulses.push_back(word->second);
+  state.cost = load_cost(reals);
+  return state;
+}
+
+void fit_frame_tick(SimulationState& state, double frame_interval) {
+  if (frame_interval <= 0.0) return;
+  GlobalIndex& tick = state.frame_tick;
+  const auto time_of = [&](GlobalIndex n) { return static_cast<double>(n) * frame_interval; };
+  if (time_of(tick) > state.time && time_of(tick - 1) <= state.time) return;
+  constexpr double most = 1e15;  // still whole numbers
+  tick = static_cast<GlobalIndex>(std::min(most, std::floor(state.time / frame_interval)));
+  while (time_of(tick) <= state.time && static_cast<double>(tick) < most) ++tick;
+}
+
+}  // namespace bulkley

@@ -1,0 +1,40 @@
+#pragma once
+// What a run must remember beside its particles, and how it travels through a checkpoint.
+
+#include "simulation/setup.hpp"
+
+#include "balance/tile_load.hpp"
+#include "kernel/step_bounds.hpp"
+#include "stepping/time_step.hpp"
+
+namespace bulkley {
+
+struct SimulationState {
+  GlobalIndex step = 0;
+  double time = 0.0;               ///< s
+  GlobalIndex next_frame = 0;      ///< number of the next frame to write
+  GlobalIndex frame_tick = 0;      ///< its time in frame intervals; differs from its number once the interval was changed
+  GlobalIndex n_removed = 0;       ///< particles that left through outflow faces so far
+  GlobalIndex n_repartitions = 0;  ///< changes of the map of tiles to ranks so far
+  GlobalIndex n_moved = 0;         ///< particles that those have sent to other ranks so far
+  GlobalIndex n_migrated = 0;      ///< particles that have moved to another rank's tile so far
+  double dt_last = 0.0;            ///< s, the time step taken last
+  CostModel cost;                  ///< of steps, as measured so far; decides how work is shared out, nothing else
+  TimeStepState controller;
+  StepBounds bounds;
+  double history_time = 0.0;                  ///< s, of the last row of history.csv
+  std::vector<GlobalIndex> contact_impulses;  ///< ContactImpulses::words since then; at a checkpoint only
+};
+
+using Integers = std::map<std::string, GlobalIndex>;
+
+/// Every number of `state` but step and time by name, doubles bit for bit.
+void save_state(const SimulationState& state, Reals& reals, Integers& integers);
+
+/// The inverse. Throws RunError naming the first number that is missing.
+SimulationState load_state(GlobalIndex step, double time, const Reals& reals, const Integers& integers);
+
+/// After a restart with another frame interval (s): the next frame is due at its next multiple. Otherwise nothing changes.
+void fit_frame_tick(SimulationState& state, double frame_interval);
+
+}  // namespace bulkley

@@ -1,0 +1,211 @@
+#include "stepping/time_step.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+
+#include "bulkley/base/error.hpp"
+
+namespace bulkley {
+
+namespace {
+// The deformation predicted from the last step stays this far below the limit, so that small growth is not a rejection.
+constexpr double prediction_margin = 0.8;
+// A step is judged beforehand when the deformation expected from the last step, or from contact at the present speed
+// (a stencil reaches a wall by (v dt / dx)^2), comes within this factor of the limit.
+constexpr double risk_factor = 2.0;
+constexpr double contact_factor = 4.0;
+constexpr double default_smallest_step = 1e-6;  // of the first limit
+constexpr double default_initial_step = 0.1;    // of the first limit
+constexpr GlobalIndex longest_wait = 1000;      // steps
+
+double dt_min(const TimeStepSettings& settings, const TimeStepState& state) {
+  return settings.dt_min > 0.0 ? settings.dt_min : default_smallest_step * state.dt_first_limit;
+}
+}  // namespace
+
+const char* name(Limiter limiter) {
+  switch (limiter) {
+    case Limiter::speed:
+      return "speed";
+    case Limiter::collider:
+      return "collider";
+    case Limiter::elastic:
+      return "elastic";
+    case Limiter::viscous:
+      return "viscous";
+    case Limiter::deformation:
+      return "deformation";
+    case Limiter::previous:
+      return "previous";
+    case Limiter::largest:
+      return "largest";
+    case Limiter::fixed:
+      return "fixed";
+    case Limiter::output:
+      return "output";
+  }
+  return "unknown";
+}
+
+TimeStepLimit time_step_limit(const TimeStepSettings& settings, double cell_size, const StepBounds& bounds) {
+  TimeStepLimit limit{std::numeric_limits<double>::infinity(), Limiter::largest, -1};
+  auto include = [&](double dt, Limiter limiter, GlobalIndex id) {
+    if (dt < limit.dt) limit = {dt, limiter, id};
+  };
+  if (settings.dt_max > 0.0) include(settings.dt_max, Limiter::largest, -1);
+  if (bounds.wave_speed.value > 0.0)
+    include(settings.elastic_cfl * cell_size / bounds.wave_speed.value, Limiter::elastic, bounds.wave_speed.id);
+  if (bounds.viscosity.value > 0.0)
+    include(settings.viscous_cfl * cell_size * cell_size / (6.0 * bounds.viscosity.value), Limiter::viscous,
+            bounds.viscosity.id);
+  if (bounds.speed.value > 0.0) include(settings.cfl * cell_size / bounds.speed.value, Limiter::speed, bounds.speed.id);
+  if (bounds.collider_speed > 0.0) include(settings.cfl * cell_size / bounds.collider_speed, Limiter::collider, -1);
+  if (bounds.velocity_gradient.value > 0.0)
+    include(prediction_margin * settings.deformation_limit / bounds.velocity_gradient.value, Limiter::deformation,
+            bounds.velocity_gradient.id);
+  return limit;
+}
+
+namespace {
+
+constexpr const char* advice_on_fixed_step = "choose a smaller time.step, mode = \"adaptive\", or allow_unstable = true";
+constexpr const char* advice_on_smallest_step = "see what drives it there, or set a smaller time.smallest_step";
+
+std::string of_particle(GlobalIndex id) { return id < 0 ? "" : fmt::format(" (particle {})", id); }
+
+// The limit that a fixed step exceeds, if it does. Deformation limits accuracy, not stability: a fixed step may exceed that.
+std::optional<TimeStepLimit> exceeded_limit(const TimeStepSettings& settings, double cell_size, const StepBounds& bounds) {
+  StepBounds stability = bounds;
+  stability.velocity_gradient = {};
+  const TimeStepLimit limit = time_step_limit(settings, cell_size, stability);
+  return settings.dt_fixed > limit.dt * (1.0 + 1e-12) ? std::optional(limit) : std::nullopt;
+}
+
+std::string excess_of_fixed_step(const TimeStepSettings& settings, const TimeStepLimit& limit) {
+  return fmt::format("the fixed time step of {:.6g} s is above the {} limit of {:.6g} s{}", settings.dt_fixed,
+                     name(limit.limiter), limit.dt, of_particle(limit.id));
+}
+
+}  // namespace
+
+std::string fixed_step_fault(const TimeStepSettings& settings, double cell_size, const StepBounds& bounds) {
+  if (settings.mode != TimeStepMode::fixed) return {};
+  const auto limit = exceeded_limit(settings, cell_size, bounds);
+  return limit ? fmt::format("{}; {}", excess_of_fixed_step(settings, *limit), advice_on_fixed_step) : std::string();
+}
+
+namespace {
+
+// Clips `plan` so that outputs are met exactly and no sliver of a step is left before one.
+void clip(double remaining, TimeStepPlan& plan) {
+  if (plan.dt >= remaining * (1.0 - 1e-9)) {
+    plan.full = plan.dt <= remaining * (1.0 + 1e-9);
+    plan.dt = remaining;
+    plan.lands = true;
+  } else if (2.0 * plan.dt > remaining) {
+    plan.dt = 0.5 * remaining;
+    plan.full = false;
+  }
+  if (!plan.full) {
+    plan.limiter = Limiter::output;
+    plan.id = -1;
+  }
+}
+
+TimeStepPlan plan_fixed(const TimeStepSettings& settings, double cell_size, const StepBounds& bounds, double remaining) {
+  if (const auto limit = exceeded_limit(settings, cell_size, bounds); limit && !settings.allow_unstable)
+    throw NoStep(excess_of_fixed_step(settings, *limit), limit->id, advice_on_fixed_step);
+  TimeStepPlan plan{settings.dt_fixed, Limiter::fixed, -1, false, false, false, true};
+  clip(remaining, plan);
+  return plan;
+}
+
+}  // namespace
+
+TimeStepPlan plan_step(const TimeStepSettings& settings, double cell_size, const StepBounds& bounds, double remaining,
+                       TimeStepState& state) {
+  const TimeStepLimit limit = time_step_limit(settings, cell_size, bounds);
+  if (!std::isfinite(limit.dt) && settings.mode == TimeStepMode::adaptive && settings.dt_initial <= 0.0)
+    throw NoStep("nothing limits the time step (no particle moves or has stiffness)", -1, "set time.largest_step");
+  if (state.dt_first_limit == 0.0) {
+    state.dt_first_limit = std::isfinite(limit.dt) ? limit.dt : settings.dt_initial;
+    state.wait = settings.trial_interval;
+  }
+  if (settings.mode == TimeStepMode::fixed) return plan_fixed(settings, cell_size, bounds, remaining);
+
+  if (state.dt_stable == 0.0)
+    state.dt_stable = std::min(settings.dt_initial > 0.0 ? settings.dt_initial : default_initial_step * limit.dt, limit.dt);
+  if (limit.dt < dt_min(settings, state))
+    throw NoStep(fmt::format("the {} limit of {:.6g} s{} is below the smallest time step of {:.6g} s", name(limit.limiter),
+                             limit.dt, of_particle(limit.id), dt_min(settings, state)),
+                 limit.id, advice_on_smallest_step);
+  // A limit that has shrunk below the stable step counts at once.
+  const double stable = std::min(state.dt_stable, limit.dt);
+  const auto propose = [&](double dt) {
+    TimeStepPlan plan{dt, limit.limiter, limit.id, dt > stable, false, false, true};
+    if (dt < limit.dt) {
+      plan.limiter = Limiter::previous;
+      plan.id = -1;
+    }
+    clip(remaining, plan);
+    return plan;
+  };
+  TimeStepPlan plan = propose(stable);
+  if (stable < limit.dt && state.since_trial >= state.wait) {
+    const TimeStepPlan trial = propose(std::min(limit.dt, settings.growth * stable));
+    if (trial.full) plan = trial;  // one that an output would clip is put off, for it would prove nothing
+  }
+
+  const double expected = plan.dt * bounds.velocity_gradient.value;
+  const double crossing = plan.dt * std::max(bounds.speed.value, bounds.collider_speed) / cell_size;
+  plan.checked = plan.trial || settings.deformation_check == DeformationCheck::always || state.n_steps == 0 ||
+                 risk_factor * expected > settings.deformation_limit ||
+                 contact_factor * crossing * crossing > settings.deformation_limit;
+  return plan;
+}
+
+bool is_acceptable(const TimeStepSettings& settings, double cell_size, const TimeStepPlan& plan, const StepBounds& motion) {
+  // Written so that NaN is not acceptable.
+  return plan.dt * motion.velocity_gradient.value <= settings.deformation_limit &&
+         plan.dt * motion.speed.value <= cell_size && motion.n_not_finite == 0;
+}
+
+void reject_step(const TimeStepSettings& settings, const TimeStepPlan& plan, const StepBounds& motion,
+                 TimeStepState& state) {
+  ++state.n_rejected;
+  if (plan.trial) {
+    ++state.n_trials;
+    state.wait = std::min(2 * state.wait, longest_wait);
+    state.since_trial = 0;
+    return;
+  }
+  const double smallest = dt_min(settings, state);
+  if (plan.dt <= smallest)
+    throw NoStep(fmt::format("the time step would fall below its smallest value of {:.6g} s: even that step deforms a "
+                             "particle by more than {:.3g}",
+                             smallest, settings.deformation_limit),
+                 motion.velocity_gradient.id, advice_on_smallest_step);
+  state.dt_stable = std::max(0.5 * plan.dt, smallest);
+}
+
+void accept_step(const TimeStepSettings& settings, const TimeStepPlan& plan, const StepBounds& bounds,
+                 TimeStepState& state) {
+  ++state.n_steps;
+  if (plan.trial) {
+    ++state.n_trials;
+    ++state.n_accepted;
+    state.wait = settings.trial_interval;
+    state.since_trial = 0;
+  } else {
+    ++state.since_trial;
+  }
+  if (plan.full && settings.mode == TimeStepMode::adaptive) state.dt_stable = plan.dt;
+  if (!plan.checked && plan.dt * bounds.velocity_gradient.value > settings.deformation_limit) ++state.n_unchecked_large;
+}
+
+}  // namespace bulkley

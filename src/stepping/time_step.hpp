@@ -1,0 +1,95 @@
+#pragma once
+// The adaptive time step (docs/theory.md, "Time step"): bounds -> dt and which bound limited it; grow, accept, reject.
+
+#include <string>
+
+#include "kernel/step_bounds.hpp"
+#include "kernel/transfer.hpp"
+#include "stepping/failure.hpp"
+
+namespace bulkley {
+
+enum class TimeStepMode { adaptive, fixed };
+enum class DeformationCheck { risky, always };
+
+/// The user's choices, table [time] of a scene.
+struct TimeStepSettings {
+  double end_time = 0.0;  ///< s
+  TimeStepMode mode = TimeStepMode::adaptive;
+  double dt_fixed = 0.0;                ///< s, mode fixed
+  bool allow_unstable = false;          ///< fixed step above the limits: warn instead of refusing
+  double dt_initial = 0.0;              ///< s; 0: a tenth of the limit at the start
+  double dt_max = 0.0;                  ///< s; 0: no bound of the user's
+  double dt_min = 0.0;                  ///< s; below it the run fails. 0: 1e-6 of the first limit
+  double cfl = 0.5;                     ///< beta of report eq. (2): dt <= beta dx / v_max
+  double elastic_cfl = 0.4;             ///< alpha of report eq. (2): dt <= alpha dx / c_max
+  double viscous_cfl = 0.5;             ///< dt <= viscous_cfl dx^2 / (6 nu_max)
+  double deformation_limit = 0.1;       ///< theta: largest ||dt L_p||_F of a step
+  double growth = 1.5;                  ///< factor of a trial
+  int trial_interval = 10;              ///< steps between trials
+  double smallest_volume_ratio = 1e-4;  ///< J below which the run fails
+  double largest_volume_ratio = 1e6;    ///< J above which the run fails
+  DeformationCheck deformation_check = DeformationCheck::risky;
+};
+
+/// What set the time step.
+enum class Limiter : int { speed, collider, elastic, viscous, deformation, previous, largest, fixed, output };
+const char* name(Limiter limiter);
+
+/// The controller's memory; part of every checkpoint.
+struct TimeStepState {
+  double dt_stable = 0.0;       ///< dt_s: the last step that was accepted in full, s; 0 before the first
+  double dt_first_limit = 0.0;  ///< the limit at the first step, s; scales the smallest step
+  GlobalIndex wait = 0;         ///< steps to wait before the next trial (doubled by each rejected one)
+  GlobalIndex since_trial = 0;  ///< steps since the last trial
+  GlobalIndex n_steps = 0;
+  GlobalIndex n_trials = 0;
+  GlobalIndex n_accepted = 0;         ///< trials accepted
+  GlobalIndex n_rejected = 0;         ///< steps judged bad before they were taken, trials or not
+  GlobalIndex n_unchecked_large = 0;  ///< steps taken without a check that turned out to deform more than the limit
+};
+
+/// The limits of one step (report eq. 2 as corrected in docs/theory.md), each with the particle that sets it.
+struct TimeStepLimit {
+  double dt;
+  Limiter limiter;
+  GlobalIndex id;  ///< particle, or -1
+};
+
+/// What the controller proposes.
+struct TimeStepPlan {
+  double dt;  ///< s, clipped to the next output
+  Limiter limiter;
+  GlobalIndex id;  ///< of the particle that limits, or -1
+  bool trial;      ///< larger than the last stable step
+  bool checked;    ///< must be judged before particles change
+  bool lands;      ///< ends exactly at the next output time
+  bool full;       ///< not clipped
+};
+
+/// (T26): min(beta dx / v_max, the same of moving colliders, alpha dx / c_max, viscous_cfl dx^2 / (6 nu_max), 0.8 theta / ||L||_max of the last step,
+/// dt_max). Not collective.
+TimeStepLimit time_step_limit(const TimeStepSettings& settings, double cell_size, const StepBounds& bounds);
+
+/// What is wrong with a fixed step above the stability limits (speed, elastic, viscous, largest), as a sentence; empty when it is
+/// below them or the mode is adaptive. Not collective.
+std::string fixed_step_fault(const TimeStepSettings& settings, double cell_size, const StepBounds& bounds);
+
+/// The step to try next, with `remaining` seconds to the next output time. Starts `state` at the first call.
+/// Throws NoStep when a fixed step is above the limits and that is not allowed, when the limit is below the smallest step, and
+/// when there is none. Not collective (alike on every rank).
+TimeStepPlan plan_step(const TimeStepSettings& settings, double cell_size, const StepBounds& bounds, double remaining,
+                       TimeStepState& state);
+
+/// Whether a tentative step with the particle motion `motion` (measure_motion, merged over ranks) may be taken:
+/// dt ||L||_max <= theta, no particle crosses a cell, all finite. Not collective.
+bool is_acceptable(const TimeStepSettings& settings, double cell_size, const TimeStepPlan& plan, const StepBounds& motion);
+
+/// After a bad step: a trial falls back to the last stable step and doubles the wait; any other halves the stable step.
+/// `motion`: what the plan was judged by. Throws NoStep below the smallest step. Not collective.
+void reject_step(const TimeStepSettings& settings, const TimeStepPlan& plan, const StepBounds& motion, TimeStepState& state);
+
+/// After a step was taken; `bounds` are those it ended with. Not collective.
+void accept_step(const TimeStepSettings& settings, const TimeStepPlan& plan, const StepBounds& bounds, TimeStepState& state);
+
+}  // namespace bulkley

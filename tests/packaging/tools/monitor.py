@@ -1,0 +1,277 @@
+#!/usr/bin/env python3
+"""`bulkley status` and `bulkley report` on runs that go on, have ended, were stopped, failed, were killed and are torn, and
+on folders that hold no run. What they say is compared with status.json and history.csv; a run that is looked at ends with the
+bits of one that is not."""
+
+import base64
+import csv
+import html.parser
+import json
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import time
+import xml.etree.ElementTree
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "support"))
+import bulkley_program  # noqa: E402
+
+LIMIT = 100.0  # s
+SCENE = pathlib.Path(__file__).with_name("monitor.toml")
+TITLE = "A <script>alert('ball')</script> & plate"
+ENDLESS = ["--set", "time.end=1000", "--set", "output.frame_interval=0.5"]
+EMPTY = {"meta", "img", "br", "link", "input", "hr"}  # elements of HTML without an end tag
+# The smallest PNG: one pixel.
+PIXEL = base64.b64decode("iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg==")
+
+
+def expect(condition, sentence, outcome=None):
+    if not condition:
+        bulkley_program.fail(sentence, outcome)
+
+
+def near(a, b):
+    return abs(a - b) <= 1e-5 * max(abs(a), abs(b), 1e-30)
+
+
+class Page(html.parser.HTMLParser):
+    """Elements must close in the order in which they opened; keeps attributes, tags and text."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.open, self.faults, self.tags, self.links, self.text = [], [], [], [], ""
+        self.feed(text)
+        self.close()
+        self.faults += [f"<{tag}> is not closed" for tag in self.open]
+
+    def handle_starttag(self, tag, attributes):
+        self.tags.append(tag)
+        self.links += [value for name, value in attributes if name in ("src", "href", "xlink:href", "data", "action")]
+        if tag not in EMPTY:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag, attributes):
+        self.tags.append(tag)
+
+    def handle_endtag(self, tag):
+        if not self.open or self.open.pop() != tag:
+            self.faults.append(f"</{tag}> closes another element")
+
+    def handle_data(self, data):
+        self.text += data
+
+
+class Monitor:
+    def __init__(self, program, work):
+        self.program, self.work = program, work
+
+    def run(self, name, *arguments, ranks=1, code=0):
+        outcome = self.program.run(["run", str(SCENE), "--out", name, "--quiet", *arguments], ranks, self.work, LIMIT)
+        expect(outcome.code == code, f"{name}: exit code {outcome.code}, not {code}", outcome)
+        return self.work / name
+
+    def ask(self, *arguments, code=0):
+        outcome = self.program.run(list(arguments), 1, self.work, LIMIT)
+        expect(outcome.code == code, f"{' '.join(arguments)}: exit code {outcome.code}, not {code}", outcome)
+        return outcome.text
+
+    def status(self, folder):
+        return json.loads(self.ask("status", str(folder), "--json"))
+
+    def page(self, folder, *arguments):
+        text = self.ask("report", str(folder), *arguments).strip()
+        source = pathlib.Path(self.work / text).read_text(encoding="utf-8")
+        page = Page(source)
+        expect(not page.faults, f"{folder}: the page is not well-formed: {page.faults[:3]}")
+        expect("script" not in page.tags, f"{folder}: a script is in the page")
+        expect(all(link.startswith("data:image/png;base64,") for link in page.links),
+               f"{folder}: the page links to something")
+        expect(not re.search(r"https?:|url\(|@import", source), f"{folder}: the page needs something from outside")
+        for svg in re.findall(r"<svg.*?</svg>", source, re.DOTALL):
+            xml.etree.ElementTree.fromstring(svg)
+        return page, source
+
+    def finished(self):
+        folder = self.run("finished", ranks=2)
+        rows = list(csv.DictReader((folder / "history.csv").open(encoding="utf-8")))
+        status, told = self.status(folder), json.loads((folder / "status.json").read_text(encoding="utf-8"))
+        expect(status["state"] == told["state"] == "finished", f"finished: {status['state']}")
+        expect(status["title"] == told["title"] == TITLE, "finished: another title")
+        expect(status["step"] == int(rows[-1]["step"]) and near(status["time"], 0.05), "finished: another step or time")
+        for key, column in {"mass": "mass [kg]", "dt": "dt [s]", "imbalance": "imbalance", "particles": "particles",
+                            "rejected_steps": "rejected_steps", "trials": "trials",
+                            "kinetic_energy": "kinetic_energy [J]", "elastic_energy": "elastic_energy [J]"}.items():
+            expect(near(status[key], float(rows[-1][column])), f"finished: {key} is {status[key]}, not {rows[-1][column]}")
+        energies = [f"{name}_energy [J]" for name in ("kinetic", "elastic", "gravitational", "dissipated")]
+        change = sum(float(rows[-1][name]) - float(rows[0][name]) for name in energies)
+        expect(near(status["energy_change"], change), f"finished: energy change {status['energy_change']}, not {change}")
+        limited = [row["limiter"] for row in rows if row["limiter"] != "start"]
+        for name, share in status["limiter_shares"].items():
+            expect(near(share, limited.count(name) / len(limited)), f"finished: share of {name} is {share}")
+        expect(near(sum(status["limiter_shares"].values()), 1.0), "finished: shares do not add up")
+        files = [file for file in folder.iterdir() if file.is_file()]
+        expect(status["disk"]["total"] == sum(file.stat().st_size for file in files), "finished: disk use")
+        expect(status["disk"]["checkpoints"] == sum(f.stat().st_size for f in files if f.name.startswith("checkpoint_")),
+               "finished: disk use of checkpoints")
+        expect(status["frames"] == len(list(folder.glob("frame_*.h5"))), "finished: number of frames")
+        expect(len(told["phases"]) > 5 and all(p["mean"] <= p["largest"] for p in told["phases"]), "finished: phases")
+        self.finished_page(folder, rows)
+
+    def finished_page(self, folder, rows):
+        (folder / "pictures").mkdir()
+        (folder / "pictures" / "view.png").write_bytes(PIXEL)
+        (folder / "not_a_picture.png").write_text("http://example.org")
+        page, source = self.page(folder)
+        expect(len(page.links) == 1 and base64.b64decode(page.links[0].split(",")[1]) == PIXEL, "finished: the picture")
+        expect(TITLE in page.text, "finished: the page does not have the title")
+        kinetic = [float(row["kinetic_energy [J]"]) for row in rows]
+        shown = re.search(r"<title>kinetic: (\S+) to (\S+)</title>", source)
+        expect(shown and [float(shown[k]) for k in (1, 2)] == [float(f"{f(kinetic):.3g}") for f in (min, max)],
+               f"finished: the curve of kinetic energy has another range than {min(kinetic)} to {max(kinetic)}")
+        for word in ("Force on plate", "Torque on plate", "Time by phase of the step", "sigma_Y", "PETSc",
+                     "checkpoint_0000"):
+            expect(word in page.text, f"finished: the page lacks '{word}'")
+        self.check_curve(source, kinetic)
+
+    def check_curve(self, source, kinetic):
+        """Heights of the curve, taken back through the axis, are the values of the table."""
+        figure = re.search(r"<figcaption>Energies.*?</svg>", source, re.DOTALL)[0]
+        path = re.search(r'class="curve s0" d="M([^"]*)"', figure)[1]
+        heights = [float(point.split()[1]) for point in path.split("L")]
+        expect(len(heights) == len(kinetic), f"the curve has {len(heights)} points for {len(kinetic)} rows")
+        high, low = kinetic.index(max(kinetic)), kinetic.index(min(kinetic))
+        scale = (heights[low] - heights[high]) / (kinetic[high] - kinetic[low])
+        worst = max(abs(heights[high] + scale * (kinetic[high] - value) - y) for value, y in zip(kinetic, heights))
+        expect(worst < 0.3, f"the curve of kinetic energy is {worst} off")
+
+    def running(self):
+        """Looked at while it goes on; where it is stopped its bits must be those of a run left alone."""
+        folder = self.work / "watched"
+        process = subprocess.Popen([self.program.path, "run", str(SCENE), "--out", "watched", "--quiet", *ENDLESS],
+                                   cwd=self.work, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        end = time.monotonic() + LIMIT
+        while not (folder / "history.csv").exists() and time.monotonic() < end:
+            time.sleep(0.01)
+        watch = subprocess.Popen([self.program.path, "status", "watched", "--watch", "0.2"], cwd=self.work,
+                                 stdout=subprocess.PIPE, text=True)
+        steps = []
+        for _ in range(2):
+            status = self.status(folder)
+            expect(status["state"] == "running", f"watched: is {status['state']}")
+            steps.append(status["step"])
+            self.page(folder, "--out", "watched.html")
+        folder.joinpath("STOP").touch()
+        expect(process.wait(LIMIT) == 4, "watched: the run did not stop well")
+        expect(steps == sorted(steps) and steps[0] < steps[-1], f"watched: the steps seen are {steps}")
+        text, _ = watch.communicate(timeout=LIMIT)
+        expect(watch.returncode == 0 and "watched: running, t = " in text and ": stopped (" in text,
+               f"watched: --watch said {text}")
+        last = str(self.status(folder)["step"])
+        alone = self.run("alone", *ENDLESS, "--max-steps", last)
+        expect("identical" in self.ask("compare", str(folder), str(alone)), "watched: other bits than a run left alone")
+        print(f"seen at steps {steps}, stopped at {last}")
+
+    def stopped(self):
+        folder = self.run("stopped", "--max-steps", "60")
+        expect(self.status(folder)["state"] == "finished", "--max-steps ends a run")
+        folder.joinpath("STOP").touch()
+        self.run("stopped", "--restart", "--set", "time.end=5", code=4)
+        text = self.ask("status", "stopped")
+        told = json.loads((folder / "status.json").read_text(encoding="utf-8"))
+        expect(": stopped (" in text and "continue with: mpirun -n 1 bulkley run" in text, f"stopped: {text}")
+        expect(told["first_step"] == 60, f"stopped: this part began at {told['first_step']}")
+        page, _ = self.page(folder)
+        expect("continue with: mpirun" in page.text, "stopped: the page does not say how to go on")
+
+    def failed(self):
+        folder = self.run("failed", "--set", "time.smallest_volume_ratio=0.99", code=3)
+        text = self.ask("status", "failed")
+        expect(": failed (" in text and "volume" in text, f"failed: {text}")
+        page, _ = self.page(folder)
+        expect(json.loads((folder / "status.json").read_text(encoding="utf-8"))["reason"] in page.text, "failed: no reason")
+
+    def killed_and_torn(self):
+        folder = self.work / "torn"
+        shutil.copytree(self.work / "finished", folder)
+        before = self.status(folder)
+        whole = (folder / "history.csv").read_text(encoding="utf-8")
+        row = "999999,1e9," + whole.split("\n")[-2].split(",", 2)[2]
+        for cut in (row[:40], row[:-1]):  # the second has all its cells, but not all digits of the last
+            (folder / "history.csv").write_text(whole + cut, encoding="utf-8")
+            expect(self.status(folder)["step"] == before["step"], "torn: the cut row counts")
+        _, source = self.page(folder)
+        expect("1e+09" not in source, "torn: the cut row is drawn")
+        status = json.loads((folder / "status.json").read_text(encoding="utf-8"))
+        (folder / "status.json").write_text(json.dumps({**status, "state": "running"}), encoding="utf-8")
+        expect(self.status(folder)["state"] == "running", "a run that wrote a moment ago runs")
+        for file in folder.iterdir():
+            os.utime(file, (time.time() - 3600, time.time() - 3600))
+        text = self.ask("status", "torn")
+        for word in (": silent (", "nothing has been written for 1h00m", "continue with: mpirun -n 2 bulkley run"):
+            expect(word in text, f"torn: no '{word}' in {text}")
+        (folder / "status.json").unlink()
+        expect(self.status(folder)["state"] == "unknown", "torn: a state without status.json")
+        self.page(folder)
+        (folder / "history.csv").write_text((folder / "history.csv").read_text(encoding="utf-8").split("\n")[0] + "\n0,0,",
+                                            encoding="utf-8")
+        self.page(folder)  # a table without rows
+        self.ask("status", "torn")
+
+    def foreign(self):
+        (self.work / "empty").mkdir()
+        for command in ("status", "report"):
+            for name, word in {"empty": "holds no run", "nowhere": "no such folder", str(SCENE): "not a folder"}.items():
+                text = self.ask(command, name, code=2)
+                expect(word in text and text.count("\n") == 1, f"{command} {name}: {text}")
+        expect(not list((self.work / "empty").iterdir()), "something was written into a foreign folder")
+        text = self.ask("report", "finished", "--out", "nowhere/page.html", code=2)
+        expect("--out names another place" in text, f"report: {text}")
+
+    def several(self):
+        lines = self.ask("status", "finished", "stopped", "failed").splitlines()
+        expect([line.split()[1] for line in lines] == ["state", "finished", "stopped", "failed"], f"table: {lines}")
+        expect(len(json.loads(self.ask("status", "--json", "finished", "failed"))) == 2, "several: JSON")
+
+    def long(self, n_rows):
+        """A long table in bounded memory; a spike of one row must be drawn."""
+        folder = self.work / "long"
+        shutil.copytree(self.work / "finished", folder)
+        header, first, *_ = (folder / "history.csv").read_text(encoding="utf-8").split("\n")
+        cells = first.split(",")
+        at = header.split(",").index("kinetic_energy [J]")
+        with (folder / "history.csv").open("w", encoding="utf-8") as file:
+            file.write(header + "\n")
+            for row in range(n_rows):
+                cells[0], cells[1] = str(row), repr(row * 1e-6)
+                cells[at] = "12345" if row == n_rows // 3 else repr(row * 1e-5)
+                file.write(",".join(cells) + "\n")
+        begin = time.monotonic()
+        self.status(folder)
+        asked = time.monotonic() - begin
+        _, source = self.page(folder)
+        drawn = time.monotonic() - begin - asked
+        print(f"{n_rows} rows: status {asked:.2f} s, page {drawn:.2f} s, {len(source) / 1e6:.2f} MB")
+        expect("to 1.23e+04</title>" in source, "long: the spike is lost")
+        expect(len(source) < 1_000_000, f"long: the page has {len(source)} bytes")
+
+
+def main():
+    arguments = bulkley_program.parse_arguments(
+        __doc__, lambda parser: parser.add_argument("--rows", type=int, default=50000, help="of the long table"))
+    program, work = bulkley_program.start(arguments)
+    monitor = Monitor(program, work)
+    monitor.finished()
+    monitor.stopped()
+    monitor.failed()
+    monitor.killed_and_torn()
+    monitor.foreign()
+    monitor.several()
+    monitor.long(arguments.rows)
+    monitor.running()
+
+
+if __name__ == "__main__":
+    main()
