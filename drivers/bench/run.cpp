@@ -38,19 +38,19 @@ BenchRun::BenchRun(const Comm& comm, const BenchCase& what) : comm_(comm) {
   ParticleSet particles = seed_share(comm, scene, partition);
   start_shear(scene, particles);
   solver_ = std::make_unique<Solver>(comm, physics_of(scene), std::move(partition), std::move(particles), std::nullopt);
-  mach_number_ = solver_->bounds().speed.value / wave_speed_at_rest(scene.materials.front().material);
-  state_.dt_stable = time_step_limit(scene.time_stepping, scene.grid.cell_size, solver_->bounds()).dt;
+  mach_number_ = solver_->bounds().motion.speed.value / wave_speed_at_rest(scene.materials.front().material);
+  state_.dt_stable = time_step_limit(scene.time_stepping, scene.grid.cell_size, solver_->bounds(), 0.0).dt;
   state_.wait = scene.time_stepping.trial_interval;
   state_.dt_first_limit = state_.dt_stable;
   advance(block_steps);
-  solver_->times().entries.clear();
+  solver_->times() = {};
   n_steps_ = 0;
 }
 
 double BenchRun::advance(int n_steps) {
   BULKLEY_MPI(MPI_Barrier(comm_.get()));
   const double begin = MPI_Wtime();
-  for (int k = 0; k < n_steps; ++k) solver_->step(solver_->physics().time_stepping.end_time, 0, state_);
+  for (int k = 0; k < n_steps; ++k) solver_->step({0.0, solver_->physics().time_stepping.end_time}, state_);
   n_steps_ += n_steps;
   return max_global(comm_, MPI_Wtime() - begin) / n_steps;
 }
@@ -63,7 +63,7 @@ std::vector<std::pair<std::string, double>> BenchRun::phases() const {
 }
 
 double BenchRun::sorts_per_step() const {
-  return static_cast<double>(solver_->times().n_calls("sort")) / static_cast<double>(n_steps_);
+  return static_cast<double>(solver_->times()[Phase::sort].n_calls) / static_cast<double>(n_steps_);
 }
 
 double BenchRun::yielded_fraction() const {

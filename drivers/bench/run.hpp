@@ -26,7 +26,7 @@ class BenchRun {
   double advance(int n_steps);
 
   Solver& solver() { return *solver_; }
-  GlobalIndex n_particles() const { return solver_->bounds().n_particles; }
+  GlobalIndex n_particles() const { return solver_->bounds().totals.n_particles; }
   /// Factor from the wall time of a step, s, to ns per particle, step and rank.
   double scale() const { return 1e9 * comm_.size() / static_cast<double>(n_particles()); }
 

@@ -7,6 +7,7 @@
 
 #include "bulkley/base/types.hpp"
 #include "parallel/log.hpp"
+#include "parallel/phases.hpp"
 
 namespace bulkley {
 

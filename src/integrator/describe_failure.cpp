@@ -53,7 +53,7 @@ GlobalIndex first_at_fault(const Comm& comm, const ParticleSet& particles, const
 }
 
 std::string advice_for(const StepBounds& bounds) {
-  if (bounds.n_not_finite + bounds.n_inverted > 0) return on_steps;
+  if (bounds.failures.n_not_finite + bounds.failures.n_inverted > 0) return on_steps;
   return "let this face of [boundaries] be a wall or an outflow, or make the domain larger";
 }
 
@@ -61,21 +61,21 @@ std::string advice_for(const StepBounds& bounds) {
 
 void throw_failure(const Comm& comm, const GridGeometry& grid, const ParticleSet& particles,
                    const std::vector<NamedMaterial>& materials, const StepBounds& bounds) {
-  if (bounds.n_undefined_nodes > 0) {  // whatever befell the particles follows from that
-    const Vec3 x = grid.node_position(grid.node_of_number(bounds.undefined_node));
-    throw StepFailure(
-        fmt::format("the acceleration_field is NaN or infinite on {} {}, first at ({:.6g}, {:.6g}, {:.6g}) m",
-                    bounds.n_undefined_nodes, bounds.n_undefined_nodes == 1 ? "node" : "nodes", x[0], x[1], x[2]),
-        x);
+  if (bounds.failures.n_undefined_nodes > 0) {  // whatever befell the particles follows from that
+    const Vec3 x = grid.node_position(grid.node_of_number(bounds.failures.undefined_node));
+    throw StepFailure(fmt::format("the acceleration_field is NaN or infinite on {} {}, first at ({:.6g}, {:.6g}, {:.6g}) m",
+                                  bounds.failures.n_undefined_nodes.value,
+                                  bounds.failures.n_undefined_nodes == 1 ? "node" : "nodes", x[0], x[1], x[2]),
+                      x);
   }
   std::string what;
   auto count = [&](GlobalIndex n, const char* fault) {
     if (n > 0) what += fmt::format("{}{} {} {}", what.empty() ? "" : "; ", n, n == 1 ? "particle" : "particles", fault);
   };
-  count(bounds.n_escaped, "left the domain through a face that is no outflow");
-  count(bounds.n_inverted, "turned inside out (det(1 + dt L) <= 0)");
-  count(bounds.n_not_finite, "became NaN or infinite");
-  const ParticleReport first = report_on(comm, bounds.failed_id, particles, materials);
+  count(bounds.failures.n_escaped, "left the domain through a face that is no outflow");
+  count(bounds.failures.n_inverted, "turned inside out (det(1 + dt L) <= 0)");
+  count(bounds.failures.n_not_finite, "became NaN or infinite");
+  const ParticleReport first = report_on(comm, bounds.failures.failed_id, particles, materials);
   throw StepFailure(fmt::format("{}; the first is {}; {}", what, first.text, advice_for(bounds)), first.place);
 }
 
@@ -89,19 +89,20 @@ void throw_failure(const Comm& comm, const ParticleSet& particles, const std::ve
 void check_motion(const Comm& comm, const TimeStepSettings& settings, double cell_size, double dt,
                   const ParticleSet& particles, const StepBounds& bounds) {
   const double* ratio = particles.real(Field::volume_ratio);
-  if (bounds.smallest_volume_ratio < settings.smallest_volume_ratio)
+  if (bounds.totals.smallest_volume_ratio < settings.smallest_volume_ratio)
     throw NoStep(fmt::format("material is crushed to less than {:g} of its volume (time.smallest_volume_ratio)",
                              settings.smallest_volume_ratio),
                  first_at_fault(comm, particles, [&](LocalIndex p) { return ratio[p] < settings.smallest_volume_ratio; }),
                  "try a larger bulk_modulus, slower motion, or a smaller limit");
-  if (bounds.largest_volume_ratio > settings.largest_volume_ratio)
+  if (bounds.totals.largest_volume_ratio > settings.largest_volume_ratio)
     throw NoStep(fmt::format("material has grown to more than {:g} times its volume (time.largest_volume_ratio)",
                              settings.largest_volume_ratio),
                  first_at_fault(comm, particles, [&](LocalIndex p) { return ratio[p] > settings.largest_volume_ratio; }),
                  "try more particles per cell, cohesion in the law, or a larger limit");
-  if (dt * bounds.speed.value > cell_size)
-    throw NoStep(fmt::format("a particle moves {:.3g} cells in a step of {:.6g} s", dt * bounds.speed.value / cell_size, dt),
-                 bounds.speed.id, "try a smaller time.cfl or time.step, or time.deformation_check = \"always\"");
+  if (dt * bounds.motion.speed.value > cell_size)
+    throw NoStep(
+        fmt::format("a particle moves {:.3g} cells in a step of {:.6g} s", dt * bounds.motion.speed.value / cell_size, dt),
+        bounds.motion.speed.id, "try a smaller time.cfl or time.step, or time.deformation_check = \"always\"");
 }
 
 }  // namespace bulkley

@@ -49,8 +49,8 @@ Mask<Real> within(const GridGeometry& grid, int axis, double lower, double upper
 void confine_particle(const GridGeometry& grid, const Faces& faces, LocalIndex p, double* const (&x)[3], GlobalIndex id,
                       std::vector<LocalIndex>& removed, StepBounds& bounds) {
   if (!std::isfinite(x[0][p]) || !std::isfinite(x[1][p]) || !std::isfinite(x[2][p])) {
-    ++bounds.n_not_finite;
-    bounds.failed_id = std::min(bounds.failed_id, id);
+    ++bounds.failures.n_not_finite;
+    bounds.failures.failed_id.include(id);
     return;
   }
   const Vec3 lower = grid.lower, upper = grid.upper();
@@ -60,8 +60,8 @@ void confine_particle(const GridGeometry& grid, const Faces& faces, LocalIndex p
       verdict = std::max(verdict, confine_coordinate(grid, faces, a, lower[a], upper[a], x[a][p]));
   if (verdict == Verdict::removed) removed.push_back(p);
   if (verdict == Verdict::escaped) {
-    ++bounds.n_escaped;
-    bounds.failed_id = std::min(bounds.failed_id, id);
+    ++bounds.failures.n_escaped;
+    bounds.failures.failed_id.include(id);
   }
 }
 
@@ -120,7 +120,7 @@ void CellMap::resize(LocalIndex n_particles) {
 LocalIndex CellMap::largest_count() const { return count.empty() ? 0 : *std::max_element(count.begin(), count.end()); }
 
 [[gnu::flatten]] void locate(const GridGeometry& grid, const PoolLayout& layout, const ParticleSet& particles, CellMap& map,
-                             std::vector<Stray>& strays, ParticleBlock block) {
+                             std::vector<OutsideParticle>& outside, ParticleBlock block) {
   const CellFrame frame(grid);
   const Int3 n_tiles{grid.n_tiles(0), grid.n_tiles(1), grid.n_tiles(2)};
   const FieldColumns<3> position(particles, Field::position);
@@ -144,7 +144,7 @@ LocalIndex CellMap::largest_count() const { return count.empty() ? 0 : *std::max
       }
       if (slot < 0) {
         cell[first + lane] = 0;
-        strays.push_back({first + lane, last_tile});
+        outside.push_back({first + lane, last_tile});
         continue;
       }
       const LocalIndex here = slot * tile_nodes + local[lane];

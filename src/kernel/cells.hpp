@@ -26,7 +26,7 @@ struct CellMap {
 };
 
 /// A particle that is not in a tile of this rank's pool.
-struct Stray {
+struct OutsideParticle {
   LocalIndex particle;
   TileIndex tile;
 };
@@ -39,10 +39,10 @@ void confine(const GridGeometry& grid, const Faces& faces, ParticleSet& particle
              StepBounds& bounds, ParticleBlock block = {});
 
 /// Finds the cells of the particles of `block` and counts them there; particles in tiles outside the pool get cell 0, are
-/// not counted and are appended to `strays`. Preconditions: `map` was reset for `layout` and has room for the particles,
+/// not counted and are appended to `outside`. Preconditions: `map` was reset for `layout` and has room for the particles,
 /// each is counted once; positions inside the domain. Not collective.
 void locate(const GridGeometry& grid, const PoolLayout& layout, const ParticleSet& particles, CellMap& map,
-            std::vector<Stray>& strays, ParticleBlock block = {});
+            std::vector<OutsideParticle>& outside, ParticleBlock block = {});
 
 /// What each tile holds. Precondition: positions inside the domain, materials below `n_materials`. Not collective.
 TileCensus take_census(const GridGeometry& grid, const ParticleSet& particles, int n_materials);

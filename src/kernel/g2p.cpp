@@ -247,11 +247,11 @@ class Update {
   }
 
   void merge_into(StepBounds& bounds) const {
-    bounds.speed.include(speed_);
-    bounds.velocity_gradient.include(velocity_gradient_extreme_);
+    bounds.motion.speed.merge(speed_);
+    bounds.motion.velocity_gradient.merge(velocity_gradient_extreme_);
     for (int lane = 0; lane < n_lanes; ++lane) {
-      bounds.mass = std::max(bounds.mass, mass_max_[lane]);
-      bounds.momentum = std::max(bounds.momentum, momentum_max_[lane]);
+      bounds.sums.mass.include(mass_max_[lane]);
+      bounds.sums.momentum.include(momentum_max_[lane]);
     }
   }
 
@@ -299,13 +299,13 @@ void measure_motion(const GridGeometry& grid, const TransferSettings& transfer, 
     const auto visit = [&](LocalIndex p, int b, int n, const auto& batch) {
       const Motion motion = motion_of<moments(), gradients()>(arg, b, batch);
       const Pack gradient_squared = squares(motion.gradient);
-      include_lanes(bounds.speed, squares(motion.velocity), id + p, n);
-      include_lanes(bounds.velocity_gradient, gradient_squared, id + p, n);
+      include_lanes(bounds.motion.speed, squares(motion.velocity), id + p, n);
+      include_lanes(bounds.motion.velocity_gradient, gradient_squared, id + p, n);
       if (!any(gradient_squared - gradient_squared != broadcast<Pack>(0.0))) return;  // neither infinite nor NaN
       for (int lane = 0; lane < n; ++lane)
         if (!std::isfinite(gradient_squared[lane])) {
-          ++bounds.n_not_finite;
-          bounds.failed_id = std::min(bounds.failed_id, id[p + lane]);
+          ++bounds.failures.n_not_finite;
+          bounds.failures.failed_id.include(id[p + lane]);
         }
     };
     for_each_pack<order(), moments(), gradients(), false>(arg, particles, {}, visit);
@@ -325,11 +325,11 @@ void measure_particles(const GridGeometry& grid, const TransferSettings& transfe
     Pack reach = square_root(speed_squared);
     if (transfer.affine()) reach += square_root(affine_squared) * (moment_sum_ratio(grid.order) * grid.cell_size);
     const Pack mass = load(particles.real(Field::mass) + p);
-    include_lanes(bounds.speed, speed_squared, id, n);
-    include_lanes(bounds.velocity_gradient, affine_squared, id, n);
+    include_lanes(bounds.motion.speed, speed_squared, id, n);
+    include_lanes(bounds.motion.velocity_gradient, affine_squared, id, n);
     for (int lane = 0; lane < n; ++lane) {
-      bounds.mass = std::max(bounds.mass, mass[lane]);
-      bounds.momentum = std::max(bounds.momentum, mass[lane] * reach[lane]);
+      bounds.sums.mass.include(mass[lane]);
+      bounds.sums.momentum.include(mass[lane] * reach[lane]);
     }
   }
 }

@@ -186,21 +186,22 @@ template <SplineOrder order, GradientForm form, bool split>
 
 }  // namespace
 
-SumBounds sum_bounds(const GridGeometry& grid, const TransferSettings& transfer, const StepBounds& bounds, double dt) {
+SumBounds sum_bounds(const GridGeometry& grid, const TransferSettings& transfer, const StepBounds& bounds, double dt,
+                     bool splits) {
   const SplineOrder order = grid.order;
   const double slack = 1.0 + 1e-9;  // for the roundings in forming the contributions
-  const double weights = slack * weight_sum_bound(order) * static_cast<double>(std::max<GlobalIndex>(bounds.cell_count, 1));
+  const double weights =
+      slack * weight_sum_bound(order) * static_cast<double>(std::max<GlobalIndex>(bounds.sums.cell_count, 1));
   const double ratio = transfer.gradient == GradientForm::mls ? inverse_second_moment(order) * moment_sum_ratio(order)
                                                               : gradient_sum_ratio(order);
-  const double impulse = dt * bounds.stress_volume * ratio / grid.cell_size;
-  const double momentum = bounds.momentum + (transfer.flip_fraction() > 0.0 ? 0.0 : impulse);
-  return {weights * bounds.mass, weights * momentum, weights * impulse};
+  const double impulse = dt * bounds.sums.stress_volume * ratio / grid.cell_size;
+  const double momentum = bounds.sums.momentum + (splits ? 0.0 : impulse);
+  return {weights * bounds.sums.mass, weights * momentum, weights * impulse};
 }
 
 void p2g(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const ParticleSet& particles,
          const CellMap& map, const SumBounds& sums, double dt, Node* pool, Node* impulse) {
-  const bool split = transfer.flip_fraction() > 0.0;
-  BULKLEY_ASSERT(split == (impulse != nullptr) || particles.size() == 0);
+  const bool split = impulse != nullptr;
   const double m = rounding_constant(sums.mass), q = rounding_constant(sums.momentum), f = rounding_constant(sums.impulse);
   const Arguments arg{CellFrame(grid),
                       grid.cell_size,

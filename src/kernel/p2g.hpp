@@ -14,13 +14,15 @@ struct SumBounds {
   double impulse;   ///< kg m/s, dt f alone
 };
 
-/// From the merged bounds of the previous step and the time step to come. Not collective.
-SumBounds sum_bounds(const GridGeometry& grid, const TransferSettings& transfer, const StepBounds& bounds, double dt);
+/// From the merged bounds of the previous step and the time step to come. `splits`: impulses go into an array of their own. Not
+/// collective.
+SumBounds sum_bounds(const GridGeometry& grid, const TransferSettings& transfer, const StepBounds& bounds, double dt,
+                     bool splits);
 
 /// Sums mass and momentum of all particles into `pool` (zeroed here; layout.n_nodes() nodes):
 ///   m_i = sum w m_p (T4),  (m v)_i = sum w m_p (v_p + C_p (x_i - x_p)) (T5), C_p only for APIC,
-/// and the impulse dt f_i of the internal forces ((T11) or (T12), as `transfer` says): into `pool` too, or, when the
-/// transfer needs the velocity before the forces (flip_fraction > 0), into `impulse` (same size; else null).
+/// and the impulse dt f_i of the internal forces ((T11) or (T12), as `transfer` says): into `pool` too where `impulse` is null,
+/// else into `impulse` (same size), for schemes that need the velocity before the forces. `sums` must be of the same choice.
 /// Reads position, velocity, affine_velocity, kirchhoff_stress, mass, reference_volume. Every contribution is rounded for
 /// order-free sums. Not collective.
 void p2g(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const ParticleSet& particles,

@@ -32,12 +32,12 @@ struct LaneExtremes {
   }
 
   void merge_into(StepBounds& bounds) const {
-    bounds.wave_speed.include(wave_speed);
-    bounds.viscosity.include(viscosity);
+    bounds.motion.wave_speed.merge(wave_speed);
+    bounds.motion.viscosity.merge(viscosity);
     for (int lane = 0; lane < n_lanes; ++lane) {
-      bounds.stress_volume = std::max(bounds.stress_volume, std::sqrt(stress_volume_squared[lane]));
-      bounds.smallest_volume_ratio = std::min(bounds.smallest_volume_ratio, smallest_volume_ratio[lane]);
-      bounds.largest_volume_ratio = std::max(bounds.largest_volume_ratio, largest_volume_ratio[lane]);
+      bounds.sums.stress_volume.include(std::sqrt(stress_volume_squared[lane]));
+      bounds.totals.smallest_volume_ratio.include(smallest_volume_ratio[lane]);
+      bounds.totals.largest_volume_ratio.include(largest_volume_ratio[lane]);
     }
   }
 };
@@ -81,9 +81,9 @@ PackMask is_finite(const State<Pack, n>& state, const Update<Pack>& result) {
 
 void count_failures(PackMask inverted, PackMask not_finite, const GlobalIndex* id, StepBounds& bounds) {
   for (int lane = 0; lane < n_lanes; ++lane) {
-    bounds.n_inverted -= inverted[lane];
-    bounds.n_not_finite -= not_finite[lane];
-    if (inverted[lane] | not_finite[lane]) bounds.failed_id = std::min(bounds.failed_id, id[lane]);
+    bounds.failures.n_inverted -= inverted[lane];
+    bounds.failures.n_not_finite -= not_finite[lane];
+    if (inverted[lane] | not_finite[lane]) bounds.failures.failed_id.include(id[lane]);
   }
 }
 

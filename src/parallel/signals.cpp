@@ -26,7 +26,7 @@ void watch_signals() {
 }
 
 Request pending_request() {
-  if (stop_requested) return Request::stop_by_signal;
+  if (stop_requested) return Request::stop;
   if (checkpoint_requested) {
     checkpoint_requested = 0;
     return Request::checkpoint;

@@ -7,14 +7,9 @@ namespace bulkley {
 enum class Request : int {
   none = 0,
   status = 1,      ///< renew status.json
-  checkpoint = 2,  ///< write a checkpoint, and status.json with it, and go on (SIGUSR2)
-  // Write a checkpoint and stop:
-  stop_by_walltime = 3,  ///< the time given to the run is nearly over
-  stop_by_file = 4,      ///< a file named STOP lies in the output folder
-  stop_by_signal = 5,    ///< SIGTERM, SIGINT, SIGUSR1
+  checkpoint = 2,  ///< write a checkpoint, and status.json with it, and continue (SIGUSR2)
+  stop = 3,        ///< write a checkpoint and stop (SIGTERM, SIGINT, SIGUSR1)
 };
-
-constexpr bool asks_to_stop(Request request) { return request >= Request::stop_by_walltime; }
 
 /// Installs the handlers; they only set a flag, so that a signal may come again, or at any time. MPI and PETSc (with
 /// -no_signal_handler) leave these signals alone: call it first thing, before they start. Not collective.

@@ -1,10 +1,10 @@
 #include "rebalance/balancer.hpp"
-#include "rebalance/share.hpp"
 
 #include <algorithm>
 
 #include "balance/traffic.hpp"
 #include "integrator/solver.hpp"
+#include "rebalance/share.hpp"
 
 namespace bulkley {
 
@@ -88,7 +88,7 @@ void Balancer::after_step(Solver& solver, GlobalIndex step) {
   std::optional<Partition> next;
   Verdict verdict;
   {
-    const Phase phase(solver.times(), "balance");
+    const PhaseTimer timer(solver.times(), Phase::balance);
     const TileCensus local = solver.census();
     measure(solver, local, step);
     verdict = decide(solver, gather_census(comm_, local), forced, step, next);
@@ -103,7 +103,7 @@ void Balancer::after_step(Solver& solver, GlobalIndex step) {
   pause_ = verdict.pause;
   patience_ = std::max(verdict.patience, verdict.changes ? GlobalIndex{0} : lost_ + lost_ / 4);
   if (verdict.changes) {
-    share_then_ = solver.bounds().largest_share;
+    share_then_ = solver.bounds().transport.largest_share;
     lost_ = 0;
   }
   totals_.seconds += MPI_Wtime() - begin;
@@ -117,19 +117,19 @@ bool Balancer::due(const Solver& solver, GlobalIndex step) {
   const StepBounds& bounds = solver.bounds();
   if (share_then_ < 0) {  // a first look soon, to measure
     if (step - last_look_ < first_look) return false;
-    share_then_ = static_cast<GlobalIndex>(even_enough * static_cast<double>(bounds.n_particles) / comm_.size());
+    share_then_ = static_cast<GlobalIndex>(even_enough * static_cast<double>(bounds.totals.n_particles) / comm_.size());
     return true;
   }
-  lost_ += std::max<GlobalIndex>(0, bounds.largest_share - share_then_);
+  lost_ += std::max<GlobalIndex>(0, bounds.transport.largest_share - share_then_);
   return lost_ > patience_ || step - last_look_ >= pause_;
 }
 
 Balancer::Clock Balancer::read_clock(const Solver& solver) {
   const PhaseTimes& times = solver.times();
   Clock clock;
-  for (const char* phase : {"p2g", "g2p", "stress_update", "locate", "judge", "sort"})
-    clock.particles += times.seconds(phase);
-  clock.nodes = times.seconds("grid_update") + times.seconds("exchange") - solver.exchange_wait();
+  for (const Phase phase : {Phase::p2g, Phase::g2p, Phase::stress_update, Phase::locate, Phase::judge, Phase::sort})
+    clock.particles += times[phase].seconds;
+  clock.nodes = times[Phase::grid_update].seconds + times[Phase::exchange].seconds - solver.exchange_wait();
   clock.materials = solver.material_seconds();
   for (const double seconds : clock.materials) clock.particles -= seconds;
   return clock;
@@ -205,10 +205,10 @@ Balancer::Verdict Balancer::decide(const Solver& solver, const TileCensus& censu
 }
 
 void Balancer::change(Solver& solver, Partition partition, GlobalIndex busiest_moves) {
-  const double begin = MPI_Wtime(), rebuilding = solver.times().seconds("rebuild");
+  const double begin = MPI_Wtime(), rebuilding = solver.times()[Phase::rebuild].seconds;
   totals_.n_moved += solver.adopt(std::move(partition));
   ++totals_.n_repartitions;
-  const double rebuild = solver.times().seconds("rebuild") - rebuilding;
+  const double rebuild = solver.times()[Phase::rebuild].seconds - rebuilding;
   average_in(change_.rebuild, rebuild, totals_.n_repartitions == 1);
   if (busiest_moves > 0)
     average_in(change_.particle, (MPI_Wtime() - begin - rebuild) / static_cast<double>(busiest_moves), false);

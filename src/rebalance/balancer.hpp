@@ -8,6 +8,7 @@
 
 #include "balance/partition.hpp"
 #include "balance/partition_settings.hpp"
+#include "bulkley/parallel/comm.hpp"
 
 namespace bulkley {
 

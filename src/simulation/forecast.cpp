@@ -129,9 +129,9 @@ Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks) {
   for (const Body& body : scene.bodies) {
     f.bodies.push_back(body_forecast(comm, scene, body));
     const BodyForecast& b = f.bodies.back();
-    if (!b.at_rest) start.speed.include(b.speed, -1);
-    start.wave_speed.include(b.wave_speed, -1);
-    std::visit([&](const auto& law) { start.viscosity.include(law.viscosity() / law.density(), -1); },
+    if (!b.at_rest) start.motion.speed.include(b.speed, -1);
+    start.motion.wave_speed.include(b.wave_speed, -1);
+    std::visit([&](const auto& law) { start.motion.viscosity.include(law.viscosity() / law.density(), -1); },
                scene.materials[body.material_index].material);
     if (b.mach > 0.3)
       f.warnings.push_back(fmt::format(
@@ -167,8 +167,8 @@ Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks) {
     f.n_frames = 1 + static_cast<GlobalIndex>(scene.time_stepping.end_time / scene.output.frame_interval * (1.0 + 1e-12));
   }
 
-  start.collider_speed = collider_speed(scene.grid, scene.colliders, 0.0, 0.0);
-  f.limit = time_step_limit(scene.time_stepping, scene.grid.cell_size, start);
+  f.limit = time_step_limit(scene.time_stepping, scene.grid.cell_size, start,
+                            collider_speed(scene.grid, scene.colliders, 0.0, 0.0));
   double dt = f.limit.dt;
   if (scene.time_stepping.mode == TimeStepMode::fixed) {
     const std::string fault = fixed_step_fault(scene.time_stepping, scene.grid.cell_size, start);
@@ -183,7 +183,7 @@ Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks) {
         fmt::format("the run needs about {:.2g} steps (more than {:.0g}), because the stiffest material has a wave speed of "
                     "{:.4g} m/s; a "
                     "smaller bulk_modulus is enough while the Mach number stays below 0.1",
-                    f.n_steps, many_steps, start.wave_speed.value));
+                    f.n_steps, many_steps, start.motion.wave_speed.value));
   if (comm.is_root() && n_ranks > 1 && f.largest_share > 0 && *std::min_element(share.begin(), share.end()) == 0)
     f.warnings.push_back(
         fmt::format("{} of {} ranks start without particles", std::count(share.begin(), share.end(), 0), n_ranks));

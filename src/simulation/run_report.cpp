@@ -95,8 +95,8 @@ std::vector<HistoryValue> history_row(const SimulationState& state, const StepRe
   add(d.center_of_mass);
   add(d.lower);
   add(d.upper);
-  for (const double value : {b.speed.value, b.velocity_gradient.value, b.wave_speed.value, b.smallest_volume_ratio,
-                             b.largest_volume_ratio, d.yielded_fraction})
+  for (const double value : {b.motion.speed.value, b.motion.velocity_gradient.value, b.motion.wave_speed.value,
+                             b.totals.smallest_volume_ratio.value, b.totals.largest_volume_ratio.value, d.yielded_fraction})
     row.emplace_back(value);
   row.emplace_back(d.n_particles);
   row.emplace_back(state.n_removed);
@@ -113,8 +113,8 @@ std::vector<HistoryValue> history_row(const SimulationState& state, const StepRe
 }
 
 double particle_imbalance(const StepBounds& bounds, int n_ranks) {
-  if (bounds.n_particles == 0) return 1.0;
-  return static_cast<double>(bounds.largest_share) * n_ranks / static_cast<double>(bounds.n_particles);
+  if (bounds.totals.n_particles == 0) return 1.0;
+  return static_cast<double>(bounds.transport.largest_share) * n_ranks / static_cast<double>(bounds.totals.n_particles);
 }
 
 RunProgress progress_at_start(const Comm& comm, const Scene& scene, const RunOptions& options) {
@@ -131,7 +131,7 @@ RunProgress progress_at_start(const Comm& comm, const Scene& scene, const RunOpt
 }
 
 void update_clock(const SimulationState& state, const RunClock& clock, RunProgress& progress) {
-  progress.n_particles = state.bounds.n_particles;
+  progress.n_particles = state.bounds.totals.n_particles;
   progress.first_step = clock.first_step;
   progress.first_time = clock.first_time;
   progress.elapsed = MPI_Wtime() - clock.start;
@@ -155,8 +155,9 @@ std::string progress_line(const SimulationState& state, const TimeStepPlan& plan
   return fmt::format(
       "step {:>8}  t = {:.5f} / {:g} s  dt = {:.2e} s ({})  {} particles  v_max = {:.3g} m/s  imbalance {:.2f}  "
       "{:.2f} M particle-steps/s  elapsed {}  left {}",
-      state.step, state.time, end_time, plan.dt, name(plan.limiter), state.bounds.n_particles, state.bounds.speed.value,
-      particle_imbalance(state.bounds, n_ranks), rate, duration_text(static_cast<double>(static_cast<long>(elapsed))),
+      state.step, state.time, end_time, plan.dt, name(plan.limiter), state.bounds.totals.n_particles.value,
+      state.bounds.motion.speed.value, particle_imbalance(state.bounds, n_ranks), rate,
+      duration_text(static_cast<double>(static_cast<long>(elapsed))),
       duration_text(static_cast<double>(static_cast<long>(steps_left * elapsed / steps_done))));
 }
 
@@ -180,10 +181,10 @@ std::string run_summary(const Comm& comm, const SimulationState& state, const Ru
       "{} particles on {} ranks, imbalance {:.3f} (mean over the steps {:.3f}), {} removed; peak memory {:.0f} MiB on the "
       "largest "
       "rank\n",
-      state.bounds.n_particles, comm.size(), particle_imbalance(state.bounds, comm.size()), mean_imbalance, state.n_removed,
-      peak / (1024.0 * 1024.0));
+      state.bounds.totals.n_particles.value, comm.size(), particle_imbalance(state.bounds, comm.size()), mean_imbalance,
+      state.n_removed, peak / (1024.0 * 1024.0));
   if (comm.size() > 1) {
-    const double n_particles = std::max(1.0, static_cast<double>(state.bounds.n_particles));
+    const double n_particles = std::max(1.0, static_cast<double>(state.bounds.totals.n_particles));
     text += fmt::format(
         "{} new maps of tiles to ranks, {:.1f} % of the particles moved by each, {:.2g} % of the time in steps; {} KiB sent "
         "per step by the busiest rank, {} on average\n",

@@ -43,7 +43,8 @@ struct RunClock {
   double stepping = 0.0;             ///< s in steps
   double output = 0.0;               ///< s in frames, history and checkpoints
   double particle_steps = 0.0;       ///< sum over steps of the global number of particles
-  double largest_share_steps = 0.0;  ///< sum over steps of the particles of the fullest rank
+  double largest_share_steps = 0.0;  ///< sum over steps of the particles of the most loaded rank
+  double slowest_step = 0.0;         ///< s, a step with its output, but for checkpoints
   GlobalIndex first_step = 0;        ///< step number the process started from
   double first_time = 0.0;           ///< s, the time it started from
 };

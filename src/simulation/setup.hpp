@@ -1,10 +1,10 @@
 #pragma once
 // From a scene to particles on their ranks.
 
-#include <map>
 #include <string>
 
 #include "balance/partition.hpp"
+#include "base/named_numbers.hpp"
 #include "integrator/solver.hpp"
 #include "scene/scene.hpp"
 
@@ -44,8 +44,6 @@ struct TileTotals {
 };
 /// Of the ranks' censuses together, on every rank. Collective.
 TileTotals tile_totals(const Comm& comm, const GridGeometry& grid, const TileCensus& local, const CostModel& cost);
-
-using Reals = std::map<std::string, double>;
 
 /// What steps cost according to a checkpoint (CheckpointHeader::reals); the default where it does not say. Not collective.
 CostModel load_cost(const Reals& reals);

@@ -29,22 +29,14 @@ void for_each_number(State& state, Visit visit) {
   visit("controller.n_rejected", c.n_rejected);
   visit("controller.n_unchecked_large", c.n_unchecked_large);
 
-  auto& b = state.bounds;
-  visit("bounds.speed", b.speed.value);
-  visit("bounds.speed_id", b.speed.id);
-  visit("bounds.wave_speed", b.wave_speed.value);
-  visit("bounds.wave_speed_id", b.wave_speed.id);
-  visit("bounds.viscosity", b.viscosity.value);
-  visit("bounds.viscosity_id", b.viscosity.id);
-  visit("bounds.velocity_gradient", b.velocity_gradient.value);
-  visit("bounds.velocity_gradient_id", b.velocity_gradient.id);
-  visit("bounds.mass", b.mass);
-  visit("bounds.momentum", b.momentum);
-  visit("bounds.stress_volume", b.stress_volume);
-  visit("bounds.cell_count", b.cell_count);
-  visit("bounds.smallest_volume_ratio", b.smallest_volume_ratio);
-  visit("bounds.largest_volume_ratio", b.largest_volume_ratio);
-  visit("bounds.n_particles", b.n_particles);
+  // Bounds of the groups that the next step reads, each as "bounds.NAME", and "bounds.NAME_id" for the particle.
+  const auto visit_bound = [&](const std::string& name, auto& member) {
+    visit(("bounds." + name).c_str(), member.value);
+    if constexpr (requires { member.id; }) visit(("bounds." + name + "_id").c_str(), member.id);
+  };
+  MotionBounds::each(visit_bound, state.bounds.motion);
+  SumTerms::each(visit_bound, state.bounds.sums);
+  ParticleTotals::each(visit_bound, state.bounds.totals);
 }
 
 // What older checkpoints may lack; it keeps its default then.
@@ -58,6 +50,14 @@ void for_each_late_number(State& state, Visit visit) {
 
 constexpr const char* history_time_name = "history.time";
 std::string contact_word_name(std::size_t word) { return fmt::format("contact.word_{}", word); }
+
+constexpr const char* force_prefix = "force.";  // as save_forces names them
+
+template <class Number>
+void copy_prefixed(const std::map<std::string, Number>& from, std::map<std::string, Number>& to) {
+  for (auto entry = from.lower_bound(force_prefix); entry != from.end() && entry->first.starts_with(force_prefix); ++entry)
+    to.insert(*entry);
+}
 
 constexpr const char* node_cost_name = "cost.node";
 std::string particle_cost_name(std::size_t material) { return fmt::format("cost.particle_{}", material); }
@@ -82,6 +82,8 @@ void save_state(const SimulationState& state, Reals& reals, Integers& integers) 
   for_each_late_number(state, save);
   reals[history_time_name] = state.history_time;
   for (std::size_t w = 0; w < state.contact_impulses.size(); ++w) integers[contact_word_name(w)] = state.contact_impulses[w];
+  reals.insert(state.force_reals.begin(), state.force_reals.end());
+  integers.insert(state.force_integers.begin(), state.force_integers.end());
   reals[node_cost_name] = state.cost.node;
   for (std::size_t m = 0; m < state.cost.particle.size(); ++m) reals[particle_cost_name(m)] = state.cost.particle[m];
 }
@@ -114,6 +116,8 @@ SimulationState load_state(GlobalIndex step, double time, const Reals& reals, co
   for (auto word = integers.find(contact_word_name(0)); word != integers.end();
        word = integers.find(contact_word_name(state.contact_impulses.size())))
     state.contact_impulses.push_back(word->second);
+  copy_prefixed(reals, state.force_reals);
+  copy_prefixed(integers, state.force_integers);
   state.cost = load_cost(reals);
   return state;
 }

@@ -4,6 +4,7 @@
 #include "simulation/setup.hpp"
 
 #include "balance/tile_load.hpp"
+#include "base/named_numbers.hpp"
 #include "kernel/step_bounds.hpp"
 #include "stepping/time_step.hpp"
 
@@ -22,11 +23,11 @@ struct SimulationState {
   CostModel cost;                  ///< of steps, as measured so far; decides how work is shared out, nothing else
   TimeStepState controller;
   StepBounds bounds;
+  Reals force_reals;                          ///< of node forces (save_forces); at a checkpoint only
+  Integers force_integers;                    ///< likewise
   double history_time = 0.0;                  ///< s, of the last row of history.csv
   std::vector<GlobalIndex> contact_impulses;  ///< ContactImpulses::words since then; at a checkpoint only
 };
-
-using Integers = std::map<std::string, GlobalIndex>;
 
 /// Every number of `state` but step and time by name, doubles bit for bit.
 void save_state(const SimulationState& state, Reals& reals, Integers& integers);

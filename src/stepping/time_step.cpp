@@ -52,22 +52,25 @@ const char* name(Limiter limiter) {
   return "unknown";
 }
 
-TimeStepLimit time_step_limit(const TimeStepSettings& settings, double cell_size, const StepBounds& bounds) {
+TimeStepLimit time_step_limit(const TimeStepSettings& settings, double cell_size, const StepBounds& bounds,
+                              double collider_speed) {
   TimeStepLimit limit{std::numeric_limits<double>::infinity(), Limiter::largest, -1};
   auto include = [&](double dt, Limiter limiter, GlobalIndex id) {
     if (dt < limit.dt) limit = {dt, limiter, id};
   };
   if (settings.dt_max > 0.0) include(settings.dt_max, Limiter::largest, -1);
-  if (bounds.wave_speed.value > 0.0)
-    include(settings.elastic_cfl * cell_size / bounds.wave_speed.value, Limiter::elastic, bounds.wave_speed.id);
-  if (bounds.viscosity.value > 0.0)
-    include(settings.viscous_cfl * cell_size * cell_size / (6.0 * bounds.viscosity.value), Limiter::viscous,
-            bounds.viscosity.id);
-  if (bounds.speed.value > 0.0) include(settings.cfl * cell_size / bounds.speed.value, Limiter::speed, bounds.speed.id);
-  if (bounds.collider_speed > 0.0) include(settings.cfl * cell_size / bounds.collider_speed, Limiter::collider, -1);
-  if (bounds.velocity_gradient.value > 0.0)
-    include(prediction_margin * settings.deformation_limit / bounds.velocity_gradient.value, Limiter::deformation,
-            bounds.velocity_gradient.id);
+  if (bounds.motion.wave_speed.value > 0.0)
+    include(settings.elastic_cfl * cell_size / bounds.motion.wave_speed.value, Limiter::elastic,
+            bounds.motion.wave_speed.id);
+  if (bounds.motion.viscosity.value > 0.0)
+    include(settings.viscous_cfl * cell_size * cell_size / (6.0 * bounds.motion.viscosity.value), Limiter::viscous,
+            bounds.motion.viscosity.id);
+  if (bounds.motion.speed.value > 0.0)
+    include(settings.cfl * cell_size / bounds.motion.speed.value, Limiter::speed, bounds.motion.speed.id);
+  if (collider_speed > 0.0) include(settings.cfl * cell_size / collider_speed, Limiter::collider, -1);
+  if (bounds.motion.velocity_gradient.value > 0.0)
+    include(prediction_margin * settings.deformation_limit / bounds.motion.velocity_gradient.value, Limiter::deformation,
+            bounds.motion.velocity_gradient.id);
   return limit;
 }
 
@@ -79,10 +82,11 @@ constexpr const char* advice_on_smallest_step = "see what drives it there, or se
 std::string of_particle(GlobalIndex id) { return id < 0 ? "" : fmt::format(" (particle {})", id); }
 
 // The limit that a fixed step exceeds, if it does. Deformation limits accuracy, not stability: a fixed step may exceed that.
-std::optional<TimeStepLimit> exceeded_limit(const TimeStepSettings& settings, double cell_size, const StepBounds& bounds) {
+std::optional<TimeStepLimit> exceeded_limit(const TimeStepSettings& settings, double cell_size, const StepBounds& bounds,
+                                            double collider_speed) {
   StepBounds stability = bounds;
-  stability.velocity_gradient = {};
-  const TimeStepLimit limit = time_step_limit(settings, cell_size, stability);
+  stability.motion.velocity_gradient = {};
+  const TimeStepLimit limit = time_step_limit(settings, cell_size, stability, collider_speed);
   return settings.dt_fixed > limit.dt * (1.0 + 1e-12) ? std::optional(limit) : std::nullopt;
 }
 
@@ -95,7 +99,7 @@ std::string excess_of_fixed_step(const TimeStepSettings& settings, const TimeSte
 
 std::string fixed_step_fault(const TimeStepSettings& settings, double cell_size, const StepBounds& bounds) {
   if (settings.mode != TimeStepMode::fixed) return {};
-  const auto limit = exceeded_limit(settings, cell_size, bounds);
+  const auto limit = exceeded_limit(settings, cell_size, bounds, 0.0);
   return limit ? fmt::format("{}; {}", excess_of_fixed_step(settings, *limit), advice_on_fixed_step) : std::string();
 }
 
@@ -117,8 +121,9 @@ void clip(double remaining, TimeStepPlan& plan) {
   }
 }
 
-TimeStepPlan plan_fixed(const TimeStepSettings& settings, double cell_size, const StepBounds& bounds, double remaining) {
-  if (const auto limit = exceeded_limit(settings, cell_size, bounds); limit && !settings.allow_unstable)
+TimeStepPlan plan_fixed(const TimeStepSettings& settings, double cell_size, const StepBounds& bounds, double collider_speed,
+                        double remaining) {
+  if (const auto limit = exceeded_limit(settings, cell_size, bounds, collider_speed); limit && !settings.allow_unstable)
     throw NoStep(excess_of_fixed_step(settings, *limit), limit->id, advice_on_fixed_step);
   TimeStepPlan plan{settings.dt_fixed, Limiter::fixed, -1, false, false, false, true};
   clip(remaining, plan);
@@ -127,16 +132,16 @@ TimeStepPlan plan_fixed(const TimeStepSettings& settings, double cell_size, cons
 
 }  // namespace
 
-TimeStepPlan plan_step(const TimeStepSettings& settings, double cell_size, const StepBounds& bounds, double remaining,
-                       TimeStepState& state) {
-  const TimeStepLimit limit = time_step_limit(settings, cell_size, bounds);
+TimeStepPlan plan_step(const TimeStepSettings& settings, double cell_size, const StepBounds& bounds, double collider_speed,
+                       double remaining, TimeStepState& state) {
+  const TimeStepLimit limit = time_step_limit(settings, cell_size, bounds, collider_speed);
   if (!std::isfinite(limit.dt) && settings.mode == TimeStepMode::adaptive && settings.dt_initial <= 0.0)
     throw NoStep("nothing limits the time step (no particle moves or has stiffness)", -1, "set time.largest_step");
   if (state.dt_first_limit == 0.0) {
     state.dt_first_limit = std::isfinite(limit.dt) ? limit.dt : settings.dt_initial;
     state.wait = settings.trial_interval;
   }
-  if (settings.mode == TimeStepMode::fixed) return plan_fixed(settings, cell_size, bounds, remaining);
+  if (settings.mode == TimeStepMode::fixed) return plan_fixed(settings, cell_size, bounds, collider_speed, remaining);
 
   if (state.dt_stable == 0.0)
     state.dt_stable = std::min(settings.dt_initial > 0.0 ? settings.dt_initial : default_initial_step * limit.dt, limit.dt);
@@ -161,8 +166,8 @@ TimeStepPlan plan_step(const TimeStepSettings& settings, double cell_size, const
     if (trial.full) plan = trial;  // one that an output would clip is put off, for it would prove nothing
   }
 
-  const double expected = plan.dt * bounds.velocity_gradient.value;
-  const double crossing = plan.dt * std::max(bounds.speed.value, bounds.collider_speed) / cell_size;
+  const double expected = plan.dt * bounds.motion.velocity_gradient.value;
+  const double crossing = plan.dt * std::max(bounds.motion.speed.value, collider_speed) / cell_size;
   plan.checked = plan.trial || settings.deformation_check == DeformationCheck::always || state.n_steps == 0 ||
                  risk_factor * expected > settings.deformation_limit ||
                  contact_factor * crossing * crossing > settings.deformation_limit;
@@ -171,8 +176,8 @@ TimeStepPlan plan_step(const TimeStepSettings& settings, double cell_size, const
 
 bool is_acceptable(const TimeStepSettings& settings, double cell_size, const TimeStepPlan& plan, const StepBounds& motion) {
   // Written so that NaN is not acceptable.
-  return plan.dt * motion.velocity_gradient.value <= settings.deformation_limit &&
-         plan.dt * motion.speed.value <= cell_size && motion.n_not_finite == 0;
+  return plan.dt * motion.motion.velocity_gradient.value <= settings.deformation_limit &&
+         plan.dt * motion.motion.speed.value <= cell_size && motion.failures.n_not_finite == 0;
 }
 
 void reject_step(const TimeStepSettings& settings, const TimeStepPlan& plan, const StepBounds& motion,
@@ -189,7 +194,7 @@ void reject_step(const TimeStepSettings& settings, const TimeStepPlan& plan, con
     throw NoStep(fmt::format("the time step would fall below its smallest value of {:.6g} s: even that step deforms a "
                              "particle by more than {:.3g}",
                              smallest, settings.deformation_limit),
-                 motion.velocity_gradient.id, advice_on_smallest_step);
+                 motion.motion.velocity_gradient.id, advice_on_smallest_step);
   state.dt_stable = std::max(0.5 * plan.dt, smallest);
 }
 
@@ -205,7 +210,8 @@ void accept_step(const TimeStepSettings& settings, const TimeStepPlan& plan, con
     ++state.since_trial;
   }
   if (plan.full && settings.mode == TimeStepMode::adaptive) state.dt_stable = plan.dt;
-  if (!plan.checked && plan.dt * bounds.velocity_gradient.value > settings.deformation_limit) ++state.n_unchecked_large;
+  if (!plan.checked && plan.dt * bounds.motion.velocity_gradient.value > settings.deformation_limit)
+    ++state.n_unchecked_large;
 }
 
 }  // namespace bulkley

@@ -67,9 +67,10 @@ struct TimeStepPlan {
   bool full;       ///< not clipped
 };
 
-/// (T26): min(beta dx / v_max, the same of moving colliders, alpha dx / c_max, viscous_cfl dx^2 / (6 nu_max), 0.8 theta / ||L||_max of the last step,
+/// (T26): min(beta dx / v_max, the same of `collider_speed`, m/s, alpha dx / c_max, viscous_cfl dx^2 / (6 nu_max), 0.8 theta / ||L||_max of the last step,
 /// dt_max). Not collective.
-TimeStepLimit time_step_limit(const TimeStepSettings& settings, double cell_size, const StepBounds& bounds);
+TimeStepLimit time_step_limit(const TimeStepSettings& settings, double cell_size, const StepBounds& bounds,
+                              double collider_speed);
 
 /// What is wrong with a fixed step above the stability limits (speed, elastic, viscous, largest), as a sentence; empty when it is
 /// below them or the mode is adaptive. Not collective.
@@ -78,8 +79,8 @@ std::string fixed_step_fault(const TimeStepSettings& settings, double cell_size,
 /// The step to try next, with `remaining` seconds to the next output time. Starts `state` at the first call.
 /// Throws NoStep when a fixed step is above the limits and that is not allowed, when the limit is below the smallest step, and
 /// when there is none. Not collective (alike on every rank).
-TimeStepPlan plan_step(const TimeStepSettings& settings, double cell_size, const StepBounds& bounds, double remaining,
-                       TimeStepState& state);
+TimeStepPlan plan_step(const TimeStepSettings& settings, double cell_size, const StepBounds& bounds, double collider_speed,
+                       double remaining, TimeStepState& state);
 
 /// Whether a tentative step with the particle motion `motion` (measure_motion, merged over ranks) may be taken:
 /// dt ||L||_max <= theta, no particle crosses a cell, all finite. Not collective.

@@ -60,7 +60,7 @@ TEST_F(BalancerTest, AnyMapAfterAnyStepLeavesTheSameParticles) {
       if (step % 7 == 6) std::fill(partition.worker.begin(), partition.worker.end(), comm.size() - 1);  // all on one rank
       moved += solver->adopt(std::move(partition));
       EXPECT_EQ(n_particles_global(*solver), scene.particles.size());
-      EXPECT_EQ(solver->bounds().largest_share, max_global(comm, GlobalIndex{solver->particles().size()}));
+      EXPECT_EQ(solver->bounds().transport.largest_share, max_global(comm, GlobalIndex{solver->particles().size()}));
     }
     EXPECT_TRUE(same_particles(alone, gathered(comm, solver->particles())));
     if (comm.size() > 1) {
@@ -128,7 +128,7 @@ TEST_F(BalancerTest, AutoBringsParticlesFromOneRankToAll) {
   }
   EXPECT_GE(balancer.totals().n_repartitions, 1);
   const double mean = static_cast<double>(scene.particles.size()) / comm.size();
-  EXPECT_LT(static_cast<double>(solver->bounds().largest_share), 1.3 * mean);
+  EXPECT_LT(static_cast<double>(solver->bounds().transport.largest_share), 1.3 * mean);
   EXPECT_GT(balancer.cost().of_particle(1), 1.0);  // ns
   EXPECT_LT(balancer.cost().of_particle(1), 1e5);
   EXPECT_GT(balancer.cost().node, 0.0);

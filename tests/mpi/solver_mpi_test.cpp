@@ -132,19 +132,19 @@ TEST_F(SolverTest, BoundsAndPlansAreTheSameOnAnyNumberOfRanks) {
     EXPECT_EQ(a.plan.dt, b.plan.dt);
     EXPECT_EQ(a.plan.limiter, b.plan.limiter);
     EXPECT_EQ(a.plan.id, b.plan.id);
-    EXPECT_EQ(a.bounds.speed.value, b.bounds.speed.value);
-    EXPECT_EQ(a.bounds.speed.id, b.bounds.speed.id);
-    EXPECT_EQ(a.bounds.wave_speed.value, b.bounds.wave_speed.value);
-    EXPECT_EQ(a.bounds.wave_speed.id, b.bounds.wave_speed.id);
-    EXPECT_EQ(a.bounds.velocity_gradient.value, b.bounds.velocity_gradient.value);
-    EXPECT_EQ(a.bounds.velocity_gradient.id, b.bounds.velocity_gradient.id);
-    EXPECT_EQ(a.bounds.momentum, b.bounds.momentum);
-    EXPECT_EQ(a.bounds.stress_volume, b.bounds.stress_volume);
-    EXPECT_EQ(a.bounds.cell_count, b.bounds.cell_count);
-    EXPECT_EQ(a.bounds.smallest_volume_ratio, b.bounds.smallest_volume_ratio);
-    EXPECT_EQ(a.bounds.largest_volume_ratio, b.bounds.largest_volume_ratio);
-    EXPECT_EQ(b.bounds.n_particles, scene.particles.size());
-    EXPECT_EQ(b.bounds.stop_request, step) << "one rank's request reaches all";
+    EXPECT_EQ(a.bounds.motion.speed.value, b.bounds.motion.speed.value);
+    EXPECT_EQ(a.bounds.motion.speed.id, b.bounds.motion.speed.id);
+    EXPECT_EQ(a.bounds.motion.wave_speed.value, b.bounds.motion.wave_speed.value);
+    EXPECT_EQ(a.bounds.motion.wave_speed.id, b.bounds.motion.wave_speed.id);
+    EXPECT_EQ(a.bounds.motion.velocity_gradient.value, b.bounds.motion.velocity_gradient.value);
+    EXPECT_EQ(a.bounds.motion.velocity_gradient.id, b.bounds.motion.velocity_gradient.id);
+    EXPECT_EQ(a.bounds.sums.momentum, b.bounds.sums.momentum);
+    EXPECT_EQ(a.bounds.sums.stress_volume, b.bounds.sums.stress_volume);
+    EXPECT_EQ(a.bounds.sums.cell_count, b.bounds.sums.cell_count);
+    EXPECT_EQ(a.bounds.totals.smallest_volume_ratio, b.bounds.totals.smallest_volume_ratio);
+    EXPECT_EQ(a.bounds.totals.largest_volume_ratio, b.bounds.totals.largest_volume_ratio);
+    EXPECT_EQ(b.bounds.totals.n_particles, scene.particles.size());
+    EXPECT_EQ(b.bounds.requests.caller, step) << "one rank's request reaches all";
   }
 }
 
@@ -195,7 +195,7 @@ TEST_F(SolverTest, RejectedStepsLeaveNoTraceInTheParticles) {
     const StepReport first = rejecting->step(1.0, 0, state);
     EXPECT_GE(first.n_rejected, 2);
     EXPECT_EQ(state.n_rejected, first.n_rejected);
-    EXPECT_LE(first.plan.dt * first.bounds.velocity_gradient.value, 0.01);
+    EXPECT_LE(first.plan.dt * first.bounds.motion.velocity_gradient.value, 0.01);
 
     SolverScene accepted = contact_scene(transfer);
     accepted.physics = absurd.physics;
@@ -355,9 +355,9 @@ TEST_F(SolverTest, OutflowRemovesAndCounts) {
   GlobalIndex n_removed = 0;
   for (int step = 0; step < 150; ++step) {
     const StepReport report = solver->step(1.0, 0, state);
-    EXPECT_EQ(alone->step(1.0, 0, state_alone).bounds.n_removed, report.bounds.n_removed);
-    n_removed += report.bounds.n_removed;
-    EXPECT_EQ(report.bounds.n_particles, scene.particles.size() - n_removed);
+    EXPECT_EQ(alone->step(1.0, 0, state_alone).bounds.transport.n_removed, report.bounds.transport.n_removed);
+    n_removed += report.bounds.transport.n_removed;
+    EXPECT_EQ(report.bounds.totals.n_particles, scene.particles.size() - n_removed);
   }
   EXPECT_EQ(n_removed, 96);
   EXPECT_TRUE(same_particles(gathered(self, alone->particles()), gathered(comm, solver->particles())));

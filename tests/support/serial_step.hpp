@@ -89,8 +89,8 @@ class SerialStep {
     for (LocalIndex p = 0; p < particles.size(); ++p) {
       SymTensor<double> tau;
       for (int c = 0; c < 6; ++c) tau.c[c] = particles.real(Field::kirchhoff_stress, c)[p];
-      bounds.stress_volume =
-          std::max(bounds.stress_volume, particles.real(Field::reference_volume)[p] * std::sqrt(norm_squared(tau)));
+      bounds.sums.stress_volume =
+          std::max(bounds.sums.stress_volume, particles.real(Field::reference_volume)[p] * std::sqrt(norm_squared(tau)));
     }
     find_cells();
   }
@@ -102,7 +102,7 @@ class SerialStep {
   }
 
   void particles_to_nodes(double dt) {
-    sums = sum_bounds(scene.grid, scene.transfer, bounds, dt);
+    sums = sum_bounds(scene.grid, scene.transfer, bounds, dt, scene.transfer.flip_fraction() > 0.0);
     p2g(scene.grid, scene.transfer, layout, particles, map, sums, dt, nodes.data(), split() ? impulse.data() : nullptr);
   }
 
@@ -155,10 +155,10 @@ class SerialStep {
 
  private:
   void find_cells() {
-    std::vector<Stray> strays;
+    std::vector<OutsideParticle> outside;
     map.reset(layout, particles.size());
-    locate(scene.grid, layout, particles, map, strays);
-    bounds.cell_count = map.largest_count();
+    locate(scene.grid, layout, particles, map, outside);
+    bounds.sums.cell_count = map.largest_count();
   }
 };
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "bulkley/parallel/comm.hpp"
-#include "parallel/log.hpp"
+#include "parallel/phases.hpp"
 
 namespace bulkley {
 

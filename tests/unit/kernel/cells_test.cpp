@@ -84,10 +84,10 @@ TEST(Locate, EveryParticleIsInTheCellOfItsBaseNode) {
       const std::vector<Vec3> positions = random_positions(grid, 1000);
       const ParticleSet set = particles_at(positions);
       CellMap map;
-      std::vector<Stray> strays;
+      std::vector<OutsideParticle> outside;
       map.reset(layout, set.size());
-      locate(grid, layout, set, map, strays);
-      EXPECT_TRUE(strays.empty());
+      locate(grid, layout, set, map, outside);
+      EXPECT_TRUE(outside.empty());
       ASSERT_EQ(map.cell.size(), positions.size() + ParticleSet::padding);
       std::map<LocalIndex, LocalIndex> count;
       GlobalIndex largest = 0;
@@ -112,9 +112,9 @@ TEST(Locate, ParticlesOfOtherTilesAreStrays) {
   const std::vector<Vec3> positions = random_positions(grid, 1000);
   const ParticleSet set = particles_at(positions);
   CellMap map;
-  std::vector<Stray> strays;
+  std::vector<OutsideParticle> outside;
   map.reset(layout, set.size());
-  locate(grid, layout, set, map, strays);
+  locate(grid, layout, set, map, outside);
   std::size_t next = 0;
   LocalIndex n_inside = 0;
   for (std::size_t p = 0; p < positions.size(); ++p) {
@@ -125,28 +125,28 @@ TEST(Locate, ParticlesOfOtherTilesAreStrays) {
       continue;
     }
     EXPECT_EQ(map.cell[p], 0);
-    ASSERT_LT(next, strays.size());
-    EXPECT_EQ(strays[next].particle, static_cast<LocalIndex>(p));
-    EXPECT_EQ(strays[next].tile, grid.tile_of(positions[p]));
+    ASSERT_LT(next, outside.size());
+    EXPECT_EQ(outside[next].particle, static_cast<LocalIndex>(p));
+    EXPECT_EQ(outside[next].tile, grid.tile_of(positions[p]));
     ++next;
   }
-  EXPECT_EQ(next, strays.size());
+  EXPECT_EQ(next, outside.size());
   EXPECT_EQ(std::accumulate(map.count.begin(), map.count.end(), 0), n_inside);
 }
 
 TEST(Locate, WithoutTilesAllAreStraysAndWithoutParticlesThereAreNone) {
   const GridGeometry grid = box();
   CellMap map;
-  std::vector<Stray> strays;
+  std::vector<OutsideParticle> outside;
   const PoolLayout no_tiles(grid, {}), layout(grid, all_tiles(grid));
   map.reset(no_tiles, 18);
-  locate(grid, no_tiles, particles_at(random_positions(grid, 10)), map, strays);
-  EXPECT_EQ(strays.size(), 18u);
+  locate(grid, no_tiles, particles_at(random_positions(grid, 10)), map, outside);
+  EXPECT_EQ(outside.size(), 18u);
   EXPECT_EQ(map.largest_count(), 0);
-  strays.clear();
+  outside.clear();
   map.reset(layout, 0);
-  locate(grid, layout, particles_at({}), map, strays);
-  EXPECT_TRUE(strays.empty());
+  locate(grid, layout, particles_at({}), map, outside);
+  EXPECT_TRUE(outside.empty());
   EXPECT_EQ(map.largest_count(), 0);
 }
 
@@ -158,21 +158,21 @@ TEST(Locate, BlocksTogetherFindWhatOnePassFinds) {
   const PoolLayout layout(grid, tiles);
   const ParticleSet set = particles_at(random_positions(grid, 500));
   CellMap whole, parts;
-  std::vector<Stray> strays, strays_of_parts;
+  std::vector<OutsideParticle> outside, outside_of_parts;
   whole.reset(layout, set.size());
-  locate(grid, layout, set, whole, strays);
+  locate(grid, layout, set, whole, outside);
   const LocalIndex block = ParticleSet::padding, n_first = 300;  // 300: not a multiple of any pack
   parts.reset(layout, n_first);
   for (LocalIndex begin = 0; begin < n_first; begin += block)
-    locate(grid, layout, set, parts, strays_of_parts, {begin, std::min(begin + block, n_first)});
+    locate(grid, layout, set, parts, outside_of_parts, {begin, std::min(begin + block, n_first)});
   parts.resize(set.size());
-  locate(grid, layout, set, parts, strays_of_parts, {n_first, set.size()});
+  locate(grid, layout, set, parts, outside_of_parts, {n_first, set.size()});
   EXPECT_EQ(parts.cell, whole.cell);
   EXPECT_EQ(parts.count, whole.count);
   EXPECT_EQ(parts.largest_count(), whole.largest_count());
-  ASSERT_FALSE(strays.empty());
-  ASSERT_EQ(strays_of_parts.size(), strays.size());
-  for (std::size_t n = 0; n < strays.size(); ++n) EXPECT_EQ(strays_of_parts[n].particle, strays[n].particle);
+  ASSERT_FALSE(outside.empty());
+  ASSERT_EQ(outside_of_parts.size(), outside.size());
+  for (std::size_t n = 0; n < outside.size(); ++n) EXPECT_EQ(outside_of_parts[n].particle, outside[n].particle);
 }
 
 TEST(Locate, CountsTheJumpsFromTileToTile) {
@@ -181,13 +181,13 @@ TEST(Locate, CountsTheJumpsFromTileToTile) {
   const Vec3 one = grid.lower + Vec3(0.15, 0.15, 0.15), other = grid.lower + Vec3(0.55, 0.15, 0.15);
   ParticleSet set = particles_at({one, one, other, other, other, one, other, other, other, other, other, other, one});
   CellMap map;
-  std::vector<Stray> strays;
+  std::vector<OutsideParticle> outside;
   map.reset(layout, set.size());
-  locate(grid, layout, set, map, strays);
+  locate(grid, layout, set, map, outside);
   EXPECT_EQ(map.n_jumps, 5);  // the first particle's tile, then four changes
   sort_particles(set, map);
   map.reset(layout, set.size());
-  locate(grid, layout, set, map, strays);
+  locate(grid, layout, set, map, outside);
   EXPECT_EQ(map.n_jumps, 2);
 }
 
@@ -235,9 +235,9 @@ TEST(SortParticles, OrdersByCellAndKeepsTheOrderWithinOne) {
   const PoolLayout layout(grid, all_tiles(grid));
   ParticleSet set = particles_at(random_positions(grid, 2000));
   CellMap map;
-  std::vector<Stray> strays;
+  std::vector<OutsideParticle> outside;
   map.reset(layout, set.size());
-  locate(grid, layout, set, map, strays);
+  locate(grid, layout, set, map, outside);
   std::vector<std::pair<LocalIndex, GlobalIndex>> expected;
   std::map<GlobalIndex, Vec3> position;
   for (LocalIndex p = 0; p < set.size(); ++p) {
@@ -256,7 +256,7 @@ TEST(SortParticles, OrdersByCellAndKeepsTheOrderWithinOne) {
 
   ParticleSet none = particles_at({});
   map.reset(layout, 0);
-  locate(grid, layout, none, map, strays);
+  locate(grid, layout, none, map, outside);
   sort_particles(none, map);
   EXPECT_EQ(none.size(), 0);
 }
@@ -327,8 +327,8 @@ TEST(Confine, FartherOutOrThroughAnOpenFaceIsAnEscape) {
   for (const auto& [kind, positions] : {std::pair{FaceKind::sticky, far}, {FaceKind::slip, far}, {FaceKind::open, hair}}) {
     const Confined result = confined(grid, all(kind), positions);
     EXPECT_EQ(result.positions, positions) << "they stay for the report";
-    EXPECT_EQ(result.bounds.n_escaped, 6);
-    EXPECT_EQ(result.bounds.failed_id, 100);
+    EXPECT_EQ(result.bounds.failures.n_escaped, 6);
+    EXPECT_EQ(result.bounds.failures.failed_id, 100);
     EXPECT_TRUE(result.removed.empty());
   }
 }
@@ -352,7 +352,7 @@ TEST(Confine, OutflowsRemoveInAscendingOrder) {
   EXPECT_FALSE(result.bounds.failed());
   EXPECT_EQ(result.positions[2], on);
   EXPECT_EQ(result.positions[4][0], grid.lower[0]);
-  EXPECT_EQ(confined(grid, faces, {lost}).bounds.n_escaped, 1);
+  EXPECT_EQ(confined(grid, faces, {lost}).bounds.failures.n_escaped, 1);
 }
 
 TEST(Confine, PeriodicAxesWrap) {
@@ -406,7 +406,7 @@ TEST(Confine, MoreThanOnePeriodOutsideIsAnEscape) {
   const std::vector<Vec3> far = {grid.lower - 1.2 * length, grid.upper() + 1.2 * length,
                                  Vec3(grid.upper()[0] + 1e6, 0.5, 0.8)};
   const Confined result = confined(grid, all(FaceKind::periodic), far);
-  EXPECT_EQ(result.bounds.n_escaped, 3);
+  EXPECT_EQ(result.bounds.failures.n_escaped, 3);
   EXPECT_EQ(result.positions, far);
 }
 
@@ -416,9 +416,9 @@ TEST(Confine, PositionsThatAreNotFiniteAreCountedAsSuch) {
     const Vec3 middle(0.1, 0.8, 0.9);
     const Confined result = confined(grid, all(periodic ? FaceKind::periodic : FaceKind::outflow),
                                      {middle, Vec3(nan, 0.8, 0.9), Vec3(0.1, infinity, 0.9), Vec3(0.1, 0.8, -infinity)});
-    EXPECT_EQ(result.bounds.n_not_finite, 3);
-    EXPECT_EQ(result.bounds.n_escaped, 0);
-    EXPECT_EQ(result.bounds.failed_id, 101);
+    EXPECT_EQ(result.bounds.failures.n_not_finite, 3);
+    EXPECT_EQ(result.bounds.failures.n_escaped, 0);
+    EXPECT_EQ(result.bounds.failures.failed_id, 101);
     EXPECT_TRUE(result.removed.empty());
   }
 }

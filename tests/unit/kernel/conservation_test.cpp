@@ -167,7 +167,7 @@ TEST(Conservation, C6ApicKeepsAngularMomentumInEveryStepAndOverTenThousand) {
     EXPECT_LE(largest_change, 1e-12 * start.angular_scale);
     EXPECT_LE((before.angular - start.angular).norm(), 1e-10 * start.angular_scale);
     EXPECT_LE((before.momentum - start.momentum).norm(), 1e-10 * start.momentum_scale);
-    EXPECT_GT(run.bounds.velocity_gradient.value, 1.0) << "it should still spin";
+    EXPECT_GT(run.bounds.motion.velocity_gradient.value, 1.0) << "it should still spin";
   }
 }
 
@@ -286,10 +286,10 @@ TEST(Conservation, C11AffineFieldsAreReproduced) {
     run.measure();
     run.particles_to_nodes(dt);
     run.update_nodes(dt);
-    const double speed = run.bounds.speed.value, of_velocity = 1e-12 * speed;
+    const double speed = run.bounds.motion.speed.value, of_velocity = 1e-12 * speed;
     const double of_gradient = of_velocity * inverse_second_moment(run.scene.transfer.order) / run.scene.grid.cell_size;
     for (std::size_t n = 0; n < run.nodes.size(); ++n)
-      if (run.nodes[n].c[3] > run.bounds.mass) {  // lighter nodes show the rounding of order-free sums, as 1 / m_i
+      if (run.nodes[n].c[3] > run.bounds.sums.mass) {  // lighter nodes show the rounding of order-free sums, as 1 / m_i
         EXPECT_LE((xyz(run.nodes[n]) - A * run.node_position(n) - offset).norm(), of_velocity);
       }
     run.nodes_to_particles(dt);

@@ -210,8 +210,8 @@ TEST_P(StressUpdate, AnInternalVariableThatIsNotFiniteIsAFailure) {
     ParticleSet set = make_set(points);
     StepBounds bounds;
     stress_update(GetParam().material, 0, Field::affine_velocity, dt, set, bounds);
-    EXPECT_EQ(bounds.n_not_finite, 1) << k;
-    EXPECT_EQ(bounds.failed_id, 3);
+    EXPECT_EQ(bounds.failures.n_not_finite, 1) << k;
+    EXPECT_EQ(bounds.failures.failed_id, 3);
     EXPECT_TRUE(identical(get(set, 1), points[1]));
   }
 }
@@ -230,8 +230,8 @@ TEST_P(StressUpdate, ViscosityBoundsAreTheLargest) {
             expected.include(law.viscosity() / law.density() * set.real(Field::volume_ratio)[p], set.id()[p]);
       },
       GetParam().material);
-  EXPECT_NEAR(bounds.viscosity.value, expected.value, 1e-15 * expected.value);
-  EXPECT_EQ(bounds.viscosity.id, expected.id);
+  EXPECT_NEAR(bounds.motion.viscosity.value, expected.value, 1e-15 * expected.value);
+  EXPECT_EQ(bounds.motion.viscosity.id, expected.id);
 }
 
 // A particle's result must not depend on its place in a pack, on its neighbours, or on how many particles there are.
@@ -282,31 +282,31 @@ TEST_P(StressUpdate, BoundsAreTheExtremesOverItsParticles) {
     smallest = std::min(smallest, after.state.volume_ratio);
     largest = std::max(largest, after.state.volume_ratio);
   }
-  EXPECT_NEAR(bounds.wave_speed.value, wave_speed.value, 1e-14 * wave_speed.value);
-  EXPECT_EQ(bounds.wave_speed.id, wave_speed.id);
-  EXPECT_NEAR(bounds.stress_volume, stress_volume, 1e-14 * stress_volume);
-  EXPECT_EQ(bounds.smallest_volume_ratio, smallest);
-  EXPECT_EQ(bounds.largest_volume_ratio, largest);
+  EXPECT_NEAR(bounds.motion.wave_speed.value, wave_speed.value, 1e-14 * wave_speed.value);
+  EXPECT_EQ(bounds.motion.wave_speed.id, wave_speed.id);
+  EXPECT_NEAR(bounds.sums.stress_volume, stress_volume, 1e-14 * stress_volume);
+  EXPECT_EQ(bounds.totals.smallest_volume_ratio, smallest);
+  EXPECT_EQ(bounds.totals.largest_volume_ratio, largest);
   EXPECT_FALSE(bounds.failed());
 }
 
 TEST(StressUpdateBounds, MergesIntoWhatIsThere) {
   ParticleSet set = make_set(mixed_points(20));
   StepBounds bounds;
-  bounds.wave_speed = {1e9, 5};
-  bounds.stress_volume = 1e9;
-  bounds.smallest_volume_ratio = 1e-9;
-  bounds.largest_volume_ratio = 1e9;
-  bounds.n_not_finite = 3;
-  bounds.failed_id = 4;
+  bounds.motion.wave_speed = {1e9, 5};
+  bounds.sums.stress_volume = 1e9;
+  bounds.totals.smallest_volume_ratio = 1e-9;
+  bounds.totals.largest_volume_ratio = 1e9;
+  bounds.failures.n_not_finite = 3;
+  bounds.failures.failed_id = 4;
   stress_update(foam, 0, Field::affine_velocity, dt, set, bounds);
-  EXPECT_EQ(bounds.wave_speed.value, 1e9);
-  EXPECT_EQ(bounds.wave_speed.id, 5);
-  EXPECT_EQ(bounds.stress_volume, 1e9);
-  EXPECT_EQ(bounds.smallest_volume_ratio, 1e-9);
-  EXPECT_EQ(bounds.largest_volume_ratio, 1e9);
-  EXPECT_EQ(bounds.n_not_finite, 3);
-  EXPECT_EQ(bounds.failed_id, 4);
+  EXPECT_EQ(bounds.motion.wave_speed.value, 1e9);
+  EXPECT_EQ(bounds.motion.wave_speed.id, 5);
+  EXPECT_EQ(bounds.sums.stress_volume, 1e9);
+  EXPECT_EQ(bounds.totals.smallest_volume_ratio, 1e-9);
+  EXPECT_EQ(bounds.totals.largest_volume_ratio, 1e9);
+  EXPECT_EQ(bounds.failures.n_not_finite, 3);
+  EXPECT_EQ(bounds.failures.failed_id, 4);
 }
 
 TEST(StressUpdateBounds, SmallestIdWinsTiesWhereverItStands) {
@@ -316,7 +316,7 @@ TEST(StressUpdateBounds, SmallestIdWinsTiesWhereverItStands) {
     ParticleSet set = make_set(points);
     StepBounds bounds;
     stress_update(foam, 0, Field::affine_velocity, dt, set, bounds);
-    EXPECT_EQ(bounds.wave_speed.id, 7) << place;
+    EXPECT_EQ(bounds.motion.wave_speed.id, 7) << place;
   }
 }
 
@@ -349,9 +349,9 @@ TEST(StressUpdateSelection, WhatLiesPastTheEndNeverCounts) {
     StepBounds bounds, expected;
     stress_update(foam, 0, Field::affine_velocity, dt, set, bounds);
     stress_update(foam, 0, Field::affine_velocity, dt, clean, expected);
-    EXPECT_EQ(std::memcmp(&bounds.wave_speed, &expected.wave_speed, sizeof bounds.wave_speed), 0);
-    EXPECT_EQ(bounds.stress_volume, expected.stress_volume);
-    EXPECT_EQ(bounds.smallest_volume_ratio, expected.smallest_volume_ratio);
+    EXPECT_EQ(std::memcmp(&bounds.motion.wave_speed, &expected.motion.wave_speed, sizeof bounds.motion.wave_speed), 0);
+    EXPECT_EQ(bounds.sums.stress_volume, expected.sums.stress_volume);
+    EXPECT_EQ(bounds.totals.smallest_volume_ratio, expected.totals.smallest_volume_ratio);
     EXPECT_FALSE(bounds.failed());
     for (LocalIndex p = 0; p < size; ++p) EXPECT_TRUE(identical(get(set, p), get(clean, p)));
   }
@@ -388,12 +388,12 @@ TEST_P(StressUpdateFailure, InvertedAndNotFiniteParticlesAreCountedAndNamed) {
   ParticleSet set = make_set(points);
   StepBounds bounds;
   stress_update(foam, 0, Field::affine_velocity, dt, set, bounds);
-  EXPECT_EQ(bounds.n_inverted, 1);
-  EXPECT_EQ(bounds.n_not_finite, 2);
-  EXPECT_EQ(bounds.failed_id, 40);
-  EXPECT_TRUE(std::isfinite(bounds.wave_speed.value));
-  EXPECT_TRUE(std::isfinite(bounds.stress_volume));
-  EXPECT_GT(bounds.smallest_volume_ratio, 0.5);
+  EXPECT_EQ(bounds.failures.n_inverted, 1);
+  EXPECT_EQ(bounds.failures.n_not_finite, 2);
+  EXPECT_EQ(bounds.failures.failed_id, 40);
+  EXPECT_TRUE(std::isfinite(bounds.motion.wave_speed.value));
+  EXPECT_TRUE(std::isfinite(bounds.sums.stress_volume));
+  EXPECT_GT(bounds.totals.smallest_volume_ratio, 0.5);
 
   ParticleSet others = make_set(clean);
   StepBounds unused;
@@ -414,9 +414,9 @@ TEST(StressUpdateFailures, CompressionToZeroVolumeOrThroughItIsAnInversion) {
     ParticleSet set = make_set({point});
     StepBounds bounds;
     stress_update(solid, 0, Field::affine_velocity, binary_step, set, bounds);
-    EXPECT_EQ(bounds.n_inverted, 1) << rate;
-    EXPECT_EQ(bounds.failed_id, 9);
-    EXPECT_EQ(bounds.wave_speed.id, -1);
+    EXPECT_EQ(bounds.failures.n_inverted, 1) << rate;
+    EXPECT_EQ(bounds.failures.failed_id, 9);
+    EXPECT_EQ(bounds.motion.wave_speed.id, -1);
   }
 }
 

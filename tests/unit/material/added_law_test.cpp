@@ -127,7 +127,7 @@ TEST(AddedLaw, DoesWhatTheSameLawDoesInsideTheLibrary) {
     for (int k = 1; k < n_added_law_variables; ++k) EXPECT_EQ(b.real(Field::added_law_variables, k)[p], 0.0);
   }
   EXPECT_GT(largest_hardening, 1e-4);
-  EXPECT_NEAR(bounds_a.wave_speed.value, bounds_b.wave_speed.value, 1e-12 * bounds_a.wave_speed.value);
+  EXPECT_NEAR(bounds_a.motion.wave_speed.value, bounds_b.motion.wave_speed.value, 1e-12 * bounds_a.motion.wave_speed.value);
   EXPECT_FALSE(bounds_a.failed() || bounds_b.failed());
 }
 

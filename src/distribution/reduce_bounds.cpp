@@ -1,4 +1,4 @@
-#include "integrator/reduce_bounds.hpp"
+#include "distribution/reduce_bounds.hpp"
 
 #include <cstring>
 #include <type_traits>

@@ -1,0 +1,14 @@
+#pragma once
+// Numbers by name: what a checkpoint keeps beside particles, doubles bit for bit.
+
+#include <map>
+#include <string>
+
+#include "bulkley/base/types.hpp"
+
+namespace bulkley {
+
+using Reals = std::map<std::string, double>;
+using Integers = std::map<std::string, GlobalIndex>;
+
+}  // namespace bulkley

@@ -1,0 +1,160 @@
+#include "integrator/explicit_step.hpp"
+
+#include <algorithm>
+
+#include "integrator/describe_failure.hpp"
+#include "kernel/g2p.hpp"
+#include "kernel/p2g.hpp"
+#include "kernel/stress_update.hpp"
+
+namespace bulkley {
+
+namespace {
+
+// Particles are advanced in blocks whose columns stay in the second-level cache from one kernel to the next.
+constexpr LocalIndex block_size = 1024;
+
+// A node with less than this part of the largest possible nodal mass counts as empty: there the rounding of the order-free
+// sums nears the velocity itself. No larger than that, for what an empty node received is lost to the particles.
+constexpr double empty_mass = 0x1p-48;
+
+}  // namespace
+
+ExplicitStep::ExplicitStep(StepParts& parts)
+    : parts_(parts), splits_(parts.physics.transfer.flip_fraction() > 0.0), received_(parts.contact.no_impulses()) {}
+
+StepReport ExplicitStep::step(const StepRequest& request, TimeStepState& state) {
+  const TimeStepSettings& settings = parts_.physics.time_stepping;
+  const double cell_size = parts_.physics.grid.cell_size;
+  ParticleGrid& particles = parts_.particles;
+  fit();
+  StepReport report;
+  StepBounds local;
+  const double colliders = collider_speed(particles.bounds(), request.time, request.remaining);
+  for (;;) {
+    report.plan = plan_step(settings, cell_size, particles.bounds(), colliders, request.remaining, state);
+    local = {};
+    compute_nodes(request.time, report.plan.dt, local);
+    if (!report.plan.checked) break;
+    const StepBounds motion = trial_motion(local);
+    if (motion.failed()) {  // a smaller step cannot fix it
+      report.bounds = motion;
+      return report;
+    }
+    if (is_acceptable(settings, cell_size, report.plan, motion)) break;
+    reject_step(settings, report.plan, motion, state);
+    ++report.n_rejected;
+  }
+  parts_.contact.add(received_);
+  local.requests.caller.include(request.from_rank);
+  nodes_to_particles(report.plan.dt, local);
+  report.bounds = particles.finish_move(local);
+  if (report.bounds.failed()) return report;
+  check_motion(parts_.comm(), settings, cell_size, report.plan.dt, particles.particles(), report.bounds);
+  accept_step(settings, report.plan, report.bounds, state);
+  for (const auto& force : parts_.forces) force->accept(request.time + report.plan.dt, report.plan.dt);
+  return report;
+}
+
+// Particles -> the velocities of the nodes in every pool. Changes no particle.
+void ExplicitStep::compute_nodes(double time, double dt, StepBounds& local) {
+  const SumBounds sums = sum_bounds(parts_.physics.grid, parts_.physics.transfer, parts_.particles.bounds(), dt, splits_);
+  particles_to_nodes(dt, sums);
+  update_nodes(time, {parts_.physics.gravity, dt, empty_mass * sums.mass}, local);
+  nodes_to_pools();
+}
+
+TimeStepLimit ExplicitStep::dt_limit(const StepBounds& bounds, double time, double remaining) const {
+  return time_step_limit(parts_.physics.time_stepping, parts_.physics.grid.cell_size, bounds,
+                         collider_speed(bounds, time, remaining));
+}
+
+// A collider as fast as the material may move as far: until the end of the longest step that the material allows.
+double ExplicitStep::collider_speed(const StepBounds& bounds, double time, double remaining) const {
+  const TimeStepLimit by_material =
+      time_step_limit(parts_.physics.time_stepping, parts_.physics.grid.cell_size, bounds, 0.0);
+  return parts_.contact.collider_speed(time, time + std::min(remaining, by_material.dt));
+}
+
+void ExplicitStep::fit() {
+  if (!parts_.fit()) return;
+  const PhaseTimer timer(parts_.times, Phase::rebuild);
+  velocity_.fit(parts_.particles);
+  if (splits_) change_.fit(parts_.particles);
+}
+
+void ExplicitStep::particles_to_nodes(double dt, const SumBounds& sums) {
+  ParticleGrid& particles = parts_.particles;
+  {
+    const PhaseTimer timer(parts_.times, Phase::p2g);
+    p2g(particles.grid(), parts_.physics.transfer, particles.layout(), particles.particles(), particles.map(), sums, dt,
+        velocity_.pool.data(), change_of_pool());
+  }
+  const PhaseTimer timer(parts_.times, Phase::exchange);
+  particles.exchange().add(velocity_.pool.data(), velocity_.owned.data());
+  if (splits_) particles.exchange().add(change_.pool.data(), change_.owned.data());
+}
+
+void ExplicitStep::update_nodes(double time, const GridUpdate& update, StepBounds& local) {
+  const PhaseTimer timer(parts_.times, Phase::grid_update);
+  Node* const nodes = velocity_.owned.data();
+  Node* const change = change_of_owned();
+  parts_.add_forces(update, time, nodes, change ? change : nodes, local.failures);
+  parts_.contact.fold(update, nodes, change);
+  grid_update(update, parts_.particles.exchange().active_nodes(), nodes, change);
+  received_.clear();
+  parts_.contact.apply(time, update.dt, nodes, change, received_);
+}
+
+void ExplicitStep::nodes_to_pools() {
+  const PhaseTimer timer(parts_.times, Phase::exchange);
+  parts_.particles.exchange().get(velocity_.owned.data(), velocity_.pool.data());
+  if (splits_) parts_.particles.exchange().get(change_.owned.data(), change_.pool.data());
+}
+
+// The motion that the nodes would give the particles, merged over ranks. One more all-reduce, on trial steps and steps at risk.
+StepBounds ExplicitStep::trial_motion(const StepBounds& local) {
+  const PhaseTimer timer(parts_.times, Phase::judge);
+  const ParticleGrid& particles = parts_.particles;
+  StepBounds motion = local;
+  measure_motion(particles.grid(), parts_.physics.transfer, particles.layout(), particles.map(), velocity_.pool.data(),
+                 particles.particles(), motion);
+  return particles.reduce(motion);
+}
+
+// Nodes -> particles, their stress, and their new cells, block by block.
+void ExplicitStep::nodes_to_particles(double dt, StepBounds& local) {
+  const Physics& physics = parts_.physics;
+  const Field gradient = physics.transfer.needs_velocity_gradient() ? Field::velocity_gradient : Field::affine_velocity;
+  ParticleGrid& grid = parts_.particles;
+  ParticleSet& particles = grid.particles();
+  grid.begin_move();
+  for (LocalIndex first = 0; first < particles.size(); first += block_size) {
+    const ParticleBlock block{first, first + block_size};
+    {
+      const PhaseTimer timer(parts_.times, Phase::g2p);
+      g2p(physics.grid, physics.transfer, grid.layout(), grid.map(), dt, velocity_.pool.data(), change_of_pool(), particles,
+          local, block);
+    }
+    {
+      const PhaseTimer timer(parts_.times, Phase::stress_update);
+      double begin = MPI_Wtime();
+      for (std::size_t m = 0; m < physics.materials.size(); ++m) {
+        stress_update(physics.materials[m].material, static_cast<std::uint8_t>(m), gradient, dt, particles, local, block);
+        const double end = MPI_Wtime();
+        parts_.material_seconds[m] += end - begin;
+        begin = end;
+      }
+    }
+    grid.place(block);
+  }
+}
+
+std::span<const Node> ExplicitStep::node_velocities(double time) {
+  fit();
+  StepBounds none;
+  compute_nodes(time, 0.0, none);
+  return velocity_.owned;
+}
+
+}  // namespace bulkley

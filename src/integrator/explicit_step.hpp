@@ -1,0 +1,41 @@
+#pragma once
+// The explicit step: symplectic Euler on the nodes, dt bounded by the elastic wave, viscosity, speed and deformation
+// (docs/theory.md).
+
+#include "integrator/integrator.hpp"
+#include "kernel/p2g.hpp"
+
+namespace bulkley {
+
+class ExplicitStep : public Integrator {
+ public:
+  explicit ExplicitStep(StepParts& parts);
+
+  StepReport step(const StepRequest& request, TimeStepState& state) override;
+  void fit() override;
+  TimeStepLimit dt_limit(const StepBounds& bounds, double time, double remaining) const override;
+  bool is_exact() const override { return true; }
+  std::span<const Node> node_velocities(double time) override;
+  int n_exchanges() const override { return parts_.physics.transfer.n_exchanges(); }
+  std::size_t memory() const override { return velocity_.memory() + change_.memory(); }
+
+ private:
+  double collider_speed(const StepBounds& bounds, double time, double remaining) const;
+  void particles_to_nodes(double dt, const SumBounds& sums);
+  void update_nodes(double time, const GridUpdate& update, StepBounds& local);
+  void nodes_to_pools();
+  void compute_nodes(double time, double dt, StepBounds& local);
+  StepBounds trial_motion(const StepBounds& local);
+  void nodes_to_particles(double dt, StepBounds& local);
+
+  Node* change_of_pool() { return splits_ ? change_.pool.data() : nullptr; }
+  Node* change_of_owned() { return splits_ ? change_.owned.data() : nullptr; }
+
+  StepParts& parts_;
+  bool splits_;         ///< forces are summed apart from momenta: a transfer with a FLIP part needs the change of velocity
+  NodeField velocity_;  ///< {m v, m}, then {v, m}
+  NodeField change_;    ///< {dt f, -}, then the change of velocity in the step; only where splits_
+  ContactImpulses received_;  ///< by the colliders from this rank's nodes in the step being tried
+};
+
+}  // namespace bulkley

@@ -1,0 +1,53 @@
+#pragma once
+// Walls and colliders on the owned nodes: what every integrator applies between forces and particles.
+
+#include <optional>
+#include <vector>
+
+#include "distribution/particle_grid.hpp"
+#include "integrator/physics.hpp"
+#include "kernel/grid_update.hpp"
+
+namespace bulkley {
+
+/// No sums yet, in the units of these physics.
+ContactImpulses no_contact_impulses(const Physics& physics);
+
+class NodeContact {
+ public:
+  /// `physics` must outlive this.
+  explicit NodeContact(const Physics& physics);
+
+  /// Finds the constraints of the nodes of new pools. Not collective.
+  void fit(const Exchange& exchange);
+
+  /// {m v + dt f, m} of nodes behind walls -> their images in front. Before the node update. `impulse`: as fold_images. Not collective.
+  void fold(const GridUpdate& update, Node* nodes, Node* impulse) const { fold_images(update, images_, nodes, impulse); }
+  /// Velocities -> velocities after contact in a step from `time`, and of the nodes behind walls. `change`: as apply_constraints.
+  /// Adds what the colliders receive to `received`. Not collective.
+  void apply(double time, double dt, Node* nodes, Node* change, ContactImpulses& received);
+
+  /// Speed that no point of a collider exceeds between two times, m/s. Not collective.
+  double collider_speed(double first, double last) const;
+
+  /// No sums, in the right units; for `apply` and `add`.
+  const ContactImpulses& no_impulses() const { return none_; }
+  /// A step was taken in which the colliders of this rank's nodes received that.
+  void add(const ContactImpulses& received) { impulses_.add(received); }
+  /// What the material has given to the colliders since the start or the last `set_impulses`, over all ranks; the same bits on
+  /// any number of ranks. Collective.
+  ContactImpulses impulses(const Comm& comm) const;
+  /// Continues from such sums: those of a checkpoint, or none. Not collective (alike on every rank).
+  void set_impulses(const Comm& comm, const ContactImpulses& sums);
+
+  std::size_t memory() const;
+
+ private:
+  const Physics& physics_;
+  ContactImpulses none_, impulses_;
+  std::vector<NodeConstraint> constraints_;
+  std::optional<MovingConstraints> moving_constraints_;  ///< only where a collider moves
+  std::vector<NodeImage> images_;
+};
+
+}  // namespace bulkley

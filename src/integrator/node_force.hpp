@@ -1,0 +1,56 @@
+#pragma once
+// A force that acts on nodes: what an integrator adds to the internal forces and to gravity.
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "base/named_numbers.hpp"
+#include "distribution/particle_grid.hpp"
+#include "integrator/physics.hpp"
+#include "kernel/grid_update.hpp"
+
+namespace bulkley {
+
+/// The owned nodes that particles reach, in a step from `time` to `time` + update.dt.
+struct ForcedNodes {
+  ParticleGrid& particles;             ///< as they are at the start of the step
+  std::span<const LocalIndex> active;  ///< Exchange::active_nodes
+  std::span<const Int3> positions;     ///< grid indices of the active nodes
+  const GridUpdate& update;            ///< dt, gravity, and the mass below which a node is empty
+  double time;                         ///< s
+  const Node* momenta;                 ///< {m v, m}, indexed by `active`
+  Node* impulses;                      ///< {dt f, -}: the force's share is added here; may be `momenta`
+};
+
+class NodeForce {
+ public:
+  virtual ~NodeForce() = default;
+
+  /// Unique among the forces of a run, [a-z_]: names its numbers in checkpoints.
+  virtual const char* name() const = 0;
+  /// Adds dt f to the nodes that are not empty. A step may be tried several times before it is taken, so that nothing that a
+  /// later step depends on may change here. Values that are not finite are counted in `failures`, with the node. Must give the
+  /// same bits on any number of ranks, or the integrator says that it does not. Collective.
+  virtual void add(const ForcedNodes& nodes, FailureCounts& failures) = 0;
+  /// The step to `time` was taken. Collective.
+  virtual void accept(double time, double dt) { (void)time, (void)dt; }
+  /// What a restart must know, the same on every rank; `load` gets what `save` gave, without numbers that a checkpoint of before
+  /// lacks. Not collective.
+  virtual void save(Reals& reals, Integers& integers) const { (void)reals, (void)integers; }
+  virtual void load(const Reals& reals, const Integers& integers) { (void)reals, (void)integers; }
+  /// Bytes on this rank. Not collective.
+  virtual std::size_t memory() const { return 0; }
+};
+
+using NodeForces = std::vector<std::unique_ptr<NodeForce>>;
+
+/// Those that a scene asks for. Not collective.
+NodeForces node_forces_of(const Physics& physics);
+
+/// The numbers of all forces, each as "force.NAME.NUMBER". Not collective.
+void save_forces(const NodeForces& forces, Reals& reals, Integers& integers);
+/// Gives every force its own among any numbers. Not collective.
+void load_forces(NodeForces& forces, const Reals& reals, const Integers& integers);
+
+}  // namespace bulkley

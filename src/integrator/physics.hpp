@@ -1,0 +1,26 @@
+#pragma once
+// What a step needs to know of a scene.
+
+#include <vector>
+
+#include "bulkley/base/types.hpp"
+#include "config/formula.hpp"
+#include "grid/boundary.hpp"
+#include "kernel/transfer.hpp"
+#include "material/material.hpp"
+#include "stepping/time_step.hpp"
+
+namespace bulkley {
+
+struct Physics {
+  GridGeometry grid;
+  TransferSettings transfer;
+  TimeStepSettings time_stepping;
+  Vec3 gravity = Vec3::Zero();  ///< m/s^2
+  std::vector<NamedMaterial> materials;
+  Faces faces;
+  std::vector<Collider> colliders;
+  VectorFormula acceleration_field;  ///< m/s^2, of x, y, z, t
+};
+
+}  // namespace bulkley

@@ -1,0 +1,41 @@
+#include "integrator/step_parts.hpp"
+
+namespace bulkley {
+
+void NodeField::fit(const ParticleGrid& particles) {
+  owned.assign(static_cast<std::size_t>(particles.exchange().n_owned()), Node{});
+  pool.assign(static_cast<std::size_t>(particles.layout().n_nodes()), Node{});
+}
+
+StepParts::StepParts(const Physics& all_physics, ParticleGrid& all_particles, NodeForces node_forces,
+                     PhaseTimes& phase_times)
+    : physics(all_physics),
+      particles(all_particles),
+      contact(all_physics),
+      forces(std::move(node_forces)),
+      times(phase_times),
+      material_seconds(all_physics.materials.size(), 0.0) {}
+
+bool StepParts::fit() {
+  if (fitted_ == particles.version()) return false;
+  const PhaseTimer timer(times, Phase::rebuild);
+  contact.fit(particles.exchange());
+  if (!forces.empty()) active_positions = particles.exchange().active_positions();
+  fitted_ = particles.version();
+  return true;
+}
+
+void StepParts::add_forces(const GridUpdate& update, double time, const Node* momenta, Node* impulses,
+                           FailureCounts& failures) {
+  if (!(update.dt > 0.0)) return;
+  const ForcedNodes nodes{particles, particles.exchange().active_nodes(), active_positions, update, time, momenta, impulses};
+  for (const auto& force : forces) force->add(nodes, failures);
+}
+
+std::size_t StepParts::memory() const {
+  std::size_t total = contact.memory() + active_positions.capacity() * sizeof(Int3);
+  for (const auto& force : forces) total += force->memory();
+  return total;
+}
+
+}  // namespace bulkley

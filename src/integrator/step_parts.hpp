@@ -1,0 +1,45 @@
+#pragma once
+// What every integrator works with: particles and pools, nodal arrays, contact, forces, clocks.
+
+#include <vector>
+
+#include "integrator/node_contact.hpp"
+#include "integrator/node_force.hpp"
+
+namespace bulkley {
+
+/// One vector per node: in this rank's pool, and summed up on the nodes that it owns.
+struct NodeField {
+  NodeVector pool, owned;
+
+  /// Zero, in the size of the present pools.
+  void fit(const ParticleGrid& particles);
+  std::size_t memory() const { return (pool.capacity() + owned.capacity()) * sizeof(Node); }
+};
+
+struct StepParts {
+  /// All arguments must outlive this but `node_forces`.
+  StepParts(const Physics& all_physics, ParticleGrid& all_particles, NodeForces node_forces, PhaseTimes& phase_times);
+
+  const Physics& physics;
+  ParticleGrid& particles;
+  NodeContact contact;
+  NodeForces forces;
+  PhaseTimes& times;
+  std::vector<double> material_seconds;  ///< wall time of this rank in the stress updates of each material so far, s
+  std::vector<Int3> active_positions;    ///< of Exchange's active nodes; only where there are forces
+
+  /// Makes contact and positions those of the present pools, if they are not yet; true if they were not. Then integrators fit their
+  /// arrays. Not collective.
+  bool fit();
+  /// Adds all forces; none in a step of no duration. Collective.
+  void add_forces(const GridUpdate& update, double time, const Node* momenta, Node* impulses, FailureCounts& failures);
+
+  const Comm& comm() const { return particles.comm(); }
+  std::size_t memory() const;
+
+ private:
+  GlobalIndex fitted_ = 0;  ///< ParticleGrid::version
+};
+
+}  // namespace bulkley

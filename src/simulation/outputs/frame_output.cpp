@@ -1,0 +1,59 @@
+#include "simulation/outputs/frame_output.hpp"
+
+#include "simulation/setup.hpp"
+
+namespace bulkley {
+
+FrameOutput::FrameOutput(Run& run, GlobalIndex restart_step) {
+  const Bounds domain{run.scene.grid.lower, run.scene.grid.upper()};
+  if (run.scene.output.frame_interval > 0.0) colliders_ = ColliderSurfaces(run.scene.colliders, domain);
+  colliders_.write(run.comm, run.options.folder);
+  series_.emplace(run.comm, run.options.folder, restart_step);  // lists the colliders if their file is there
+  for (const std::string& warning : series_->warnings()) run.warn(warning);
+}
+
+bool FrameOutput::is_due(const Run& run, const Occasion& occasion) const {
+  const double interval = run.scene.output.frame_interval;
+  if (interval <= 0.0 || run.state.time < static_cast<double>(run.state.frame_tick) * interval) return false;
+  return (occasion.event == RunEvent::start && !run.options.restart) ||
+         (occasion.event == RunEvent::step && run.last_step.plan.lands);
+}
+
+void FrameOutput::write(Run& run) {
+  const double before = MPI_Wtime();
+  SimulationState& state = run.state;
+  const auto watch = run.watchdog.watch(frame_path(run.options.folder, state.next_frame), run.checkpoint_hint());
+  if (run.scene.output.tiles) {
+    const TileTotals totals = tile_totals(run.comm, run.scene.grid, run.solver->census(), state.cost);
+    const TileValues tiles{run.scene.grid, run.solver->partition().worker, totals.n_particles, totals.cost};
+    write_with_grid(run, &tiles);
+  } else {
+    write_with_grid(run, nullptr);
+  }
+  series_->add(run.comm, state.next_frame);
+  ++state.next_frame;
+  ++state.frame_tick;
+  run.clock.output += MPI_Wtime() - before;
+}
+
+void FrameOutput::write_with_grid(Run& run, const TileValues* tiles) {
+  if (!run.scene.output.grid) return write_frame_of(run, nullptr, tiles);
+  const VecHandle values = run.solver->node_values(run.state.time);
+  const PetscScalar* data = nullptr;
+  BULKLEY_PETSC(VecGetArrayRead(values.get(), &data));
+  const Grid& grid = run.solver->grid();
+  const GridNodes nodes{grid.geometry(),
+                        grid.first(),
+                        grid.count(),
+                        {reinterpret_cast<const Node*>(data), static_cast<std::size_t>(grid.n_owned())}};
+  write_frame_of(run, &nodes, tiles);
+  BULKLEY_PETSC(VecRestoreArrayRead(values.get(), &data));
+}
+
+void FrameOutput::write_frame_of(Run& run, const GridNodes* nodes, const TileValues* tiles) {
+  const FrameInfo info{run.state.next_frame, run.state.step, run.state.time, 0};
+  write_frame(run.comm, run.options.folder, info, run.solver->particles(), run.scene.materials, run.scene.output, nodes,
+              tiles, &colliders_);
+}
+
+}  // namespace bulkley

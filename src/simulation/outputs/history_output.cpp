@@ -1,0 +1,38 @@
+#include "simulation/outputs/history_output.hpp"
+
+#include <algorithm>
+
+#include "integrator/diagnostics.hpp"
+
+namespace bulkley {
+
+HistoryOutput::HistoryOutput(Run& run, GlobalIndex restart_step)
+    : history_(run.comm, run.options.folder, history_columns(run.scene.colliders), restart_step),
+      row_step_(run.state.step) {}
+
+bool HistoryOutput::is_due(const Run& run, const Occasion& occasion) const {
+  if (occasion.event == RunEvent::start) return !run.options.restart;
+  return occasion.event == RunEvent::step &&
+         (run.state.step % run.scene.output.history_interval == 0 || run.state.time >= run.scene.time_stepping.end_time);
+}
+
+void HistoryOutput::write(Run& run) {
+  const double before = MPI_Wtime();
+  SimulationState& state = run.state;
+  const Scene& scene = run.scene;
+  const Diagnostics diagnostics =
+      diagnose(run.comm, scene.grid, scene.transfer, scene.gravity, scene.materials, run.solver->particles());
+  const auto steps = static_cast<double>(std::max<GlobalIndex>(state.step - row_step_, 1));
+  const double seconds_per_step = (run.clock.stepping - row_stepping_) / steps;
+  const ContactForces contact{run.solver->contact_impulses(), state.time - state.history_time};
+  const StepReport* step = state.step > run.clock.first_step ? &run.last_step : nullptr;
+  history_.write(run.comm,
+                 history_row(state, step, diagnostics, contact, run.halo_traffic(), run.comm.size(), seconds_per_step));
+  run.solver->set_contact_impulses(no_contact_impulses(run.solver->physics()));
+  state.history_time = state.time;
+  row_step_ = state.step;
+  row_stepping_ = run.clock.stepping;
+  run.clock.output += MPI_Wtime() - before;
+}
+
+}  // namespace bulkley

@@ -1,0 +1,142 @@
+#include "simulation/run.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "io/checkpoint/checkpoint.hpp"
+#include "io/files/text_file.hpp"
+#include "parallel/log.hpp"
+#include "rebalance/share.hpp"
+#include "simulation/outputs/output.hpp"
+#include "simulation/setup.hpp"
+#include "simulation/stop_criteria.hpp"
+
+namespace bulkley {
+
+namespace {
+
+constexpr std::size_t most_warnings_kept = 20;  // in status.json
+
+}  // namespace
+
+Run::Run(const Comm& run_comm, const Scene& run_scene, const RunOptions& run_options)
+    : comm(run_comm),
+      scene(run_scene),
+      options(run_options),
+      progress(progress_at_start(comm, scene, options)),
+      watchdog(comm, scene.checkpoint.timeout) {
+  clock.start = last_checkpoint.wall_time = MPI_Wtime();
+  for (const NamedMaterial& material : scene.materials)
+    if (!material.caveat.empty()) warn(fmt::format("material '{}': {}", material.name, material.caveat));
+  const GlobalIndex restart_step = options.restart ? restore() : start();
+  clock.first_step = state.step;
+  clock.first_time = state.time;
+  balancer = std::make_unique<Balancer>(comm, scene.partition, state.cost, state.step);
+  outputs = outputs_of(*this, restart_step);
+  stops = stop_criteria_of(*this);
+}
+
+Run::~Run() = default;
+
+GlobalIndex Run::start() {
+  check_bodies(scene, shared_counter(comm));
+  state.cost = assumed_cost(scene);
+  solver = start_solver(comm, scene);
+  state.bounds = solver->bounds();
+  const std::string fault = fixed_step_fault(scene.time_stepping, scene.grid.cell_size, state.bounds);
+  if (!fault.empty()) {
+    if (!scene.time_stepping.allow_unstable) throw UsageError(fault);
+    warn(fault);
+  }
+  root_guard(comm, [&] { write_text_atomically(path_in(options.folder, "scene.toml"), scene.effective_text); });
+  return -1;
+}
+
+// State and particles of a checkpoint: each rank reads an equal share in the order of the file. Then the partition is made,
+// then particles go to their ranks.
+ParticleSet Run::load(const std::string& file) {
+  const CheckpointHeader header = read_header(comm, file);
+  expect_materials(file, header.material_names, scene);
+  const std::string changes = expect_same_scene(file, header.scene_text, scene, options.changed_scene);
+  if (!changes.empty()) warn(changes);
+  try {
+    state = load_state(header.step, header.time, header.reals, header.integers);
+  } catch (const RunError& error) {
+    throw RunError(fmt::format("cannot read '{}': {}", file, error.what()));
+  }
+  ParticleSet particles(optional_fields(scene));
+  const EvenShare share = even_share(comm, header.n_particles);
+  read_checkpoint(comm, file, share.first, share.count(), particles);
+  collective_guard(comm, [&] { expect_inside(scene.grid, particles, file); });
+  return particles;
+}
+
+GlobalIndex Run::restore() {
+  ParticleSet particles(optional_fields(scene));
+  std::string file = options.restart_file;
+  if (file.empty()) {
+    std::vector<std::string> warnings;
+    const auto latest = read_latest_checkpoint(comm, options.folder, warnings,
+                                               [&](const std::string& candidate) { particles = load(candidate); });
+    for (const std::string& warning : warnings) warn(warning);
+    if (!latest) throw UsageError(fmt::format("{}: there is no whole checkpoint to restart from", options.folder));
+    file = *latest;
+  } else {
+    particles = load(file);
+  }
+  fit_frame_tick(state, scene.output.frame_interval);
+  state.cost.n_exchanges = scene.transfer.n_exchanges();
+  const auto n_materials = static_cast<int>(scene.materials.size());
+  const TileCensus census = gather_census(comm, take_census(scene.grid, particles, n_materials));
+  Partition partition = first_partition(comm, scene, census, state.cost);
+  solver = std::make_unique<Solver>(comm, physics_of(scene), std::move(partition), std::move(particles), state.bounds);
+  solver->load_forces(state.force_reals, state.force_integers);
+  ContactImpulses impulses = no_contact_impulses(solver->physics());
+  if (state.contact_impulses.size() == impulses.words().size()) {  // else the scene has other colliders now
+    impulses.set_words(state.contact_impulses);
+    solver->set_contact_impulses(impulses);
+  }
+  last_checkpoint.file = file;
+  last_checkpoint.step = state.step;
+  progress.checkpoint_time = state.time;
+  remove_checkpoints_after(comm, options.folder, state.step);
+  root_guard(comm, [&] { write_text_atomically(path_in(options.folder, "scene.toml"), scene.effective_text); });
+  log(fmt::format("continuing from {} at step {}, t = {:g} s", file, state.step, state.time));
+  return state.step;
+}
+
+bool Run::at_end() const {
+  return state.time >= scene.time_stepping.end_time || (options.max_steps >= 0 && state.step >= options.max_steps);
+}
+
+double Run::next_landing() const {
+  const double interval = scene.output.frame_interval;
+  if (interval <= 0.0) return scene.time_stepping.end_time;
+  return std::min(scene.time_stepping.end_time, static_cast<double>(state.frame_tick) * interval);
+}
+
+void Run::log(const std::string& text) const {
+  if (!options.quiet) log_line(comm, text);
+}
+
+void Run::warn(const std::string& text) {
+  if (comm.is_root()) fmt::print(stderr, "warning: {}\n", text);
+  if (progress.warnings.size() < most_warnings_kept) progress.warnings.push_back(text);
+}
+
+std::string Run::checkpoint_hint() const {
+  return last_checkpoint.file.empty() ? "there is no checkpoint yet" : "the last good checkpoint is " + last_checkpoint.file;
+}
+
+Status Run::status(RunState run_state, const std::string& reason) const {
+  Status status{run_state, state.step, state.time, last_checkpoint.file, reason, progress};
+  update_clock(state, clock, status.progress);
+  return status;
+}
+
+HaloTraffic Run::halo_traffic() const {
+  return {max_global(comm, solver->halo_bytes()), sum_global(comm, solver->halo_bytes())};
+}
+
+}  // namespace bulkley
