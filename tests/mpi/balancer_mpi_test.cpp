@@ -25,7 +25,7 @@ class BalancerTest : public testing::Test {
   static ParticleSet run_alone(const Comm& self, const SolverScene& scene, int n_steps) {
     const auto solver = solver_of(self, scene, partition_of(self, scene, PartitionMethod::ranges));
     TimeStepState state;
-    for (int step = 0; step < n_steps; ++step) solver->step(1.0, 0, state);
+    for (int step = 0; step < n_steps; ++step) solver->step({0.0, 1.0}, state);
     return gathered(self, solver->particles());
   }
   GlobalIndex n_particles_global(const Solver& solver) { return sum_global(comm, GlobalIndex{solver.particles().size()}); }
@@ -54,7 +54,7 @@ TEST_F(BalancerTest, AnyMapAfterAnyStepLeavesTheSameParticles) {
     std::mt19937 random(1);
     GlobalIndex moved = 0;
     for (int step = 0; step < n_steps; ++step) {
-      solver->step(1.0, 0, state);
+      solver->step({0.0, 1.0}, state);
       Partition partition = partition_of(comm, scene, all_methods[random() % 2]);  // boxes change, too
       for (std::int32_t& worker : partition.worker) worker = static_cast<std::int32_t>(random() % comm.size());
       if (step % 7 == 6) std::fill(partition.worker.begin(), partition.worker.end(), comm.size() - 1);  // all on one rank
@@ -75,7 +75,7 @@ TEST_F(BalancerTest, CountsTheParticlesThatChangeRanks) {
   const SolverScene scene = contact_scene(some_transfers()[0]);
   const auto solver = solver_of(comm, scene, partition_of(comm, scene, PartitionMethod::uniform));
   TimeStepState state;
-  for (int step = 0; step < 5; ++step) solver->step(1.0, 0, state);
+  for (int step = 0; step < 5; ++step) solver->step({0.0, 1.0}, state);
   const Partition before = solver->partition(), after = partition_of(comm, scene, PartitionMethod::uniform, true);
   const TileLoad load = tile_load(gather_census(comm, solver->census()), {});  // the root's
   const GlobalIndex expected = n_moved(before, after, load);
@@ -100,7 +100,7 @@ TEST_F(BalancerTest, ANewMapAfterEveryStepByEveryMethod) {
       Balancer balancer(comm, settings, {}, 0);
       TimeStepState state;
       for (int step = 1; step <= n_steps; ++step) {
-        solver->step(1.0, 0, state);
+        solver->step({0.0, 1.0}, state);
         balancer.after_step(*solver, step);
       }
       EXPECT_TRUE(same_particles(alone, gathered(comm, solver->particles())));
@@ -123,7 +123,7 @@ TEST_F(BalancerTest, AutoBringsParticlesFromOneRankToAll) {
   Balancer balancer(comm, {PartitionMethod::automatic, 20, 0}, {}, 0);
   TimeStepState state;
   for (int step = 1; step <= 100; ++step) {
-    solver->step(1.0, 0, state);
+    solver->step({0.0, 1.0}, state);
     balancer.after_step(*solver, step);
   }
   EXPECT_GE(balancer.totals().n_repartitions, 1);

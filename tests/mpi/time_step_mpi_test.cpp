@@ -231,7 +231,7 @@ TEST(TimeStep, WhatIsAcceptable) {
   EXPECT_TRUE(is_acceptable(settings, dx, plan, moving(100.0, 0.0, 0.0)));  // exactly one cell
   EXPECT_FALSE(is_acceptable(settings, dx, plan, moving(100.1, 0.0, 0.0)));
   StepBounds lost = moving(1.0, 0.0, 0.0);
-  lost.failures.n_not_finite = 1;
+  lost.failures.n_not_finite.value = 1;
   EXPECT_FALSE(is_acceptable(settings, dx, plan, lost));
   EXPECT_FALSE(is_acceptable(settings, dx, plan, moving(1.0, 0.0, std::numeric_limits<double>::quiet_NaN())));
 }
