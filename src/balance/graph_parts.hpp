@@ -12,8 +12,8 @@ namespace bulkley {
 using GraphPartitioner = std::optional<std::vector<std::int32_t>> (*)(const TileGraph&,
                                                                       const std::vector<std::int32_t>& weights, int n_parts);
 
-/// METIS's partition by recursive bisection, fixed seed. Measured on the scenes of docs/partitions.md, with loads evened out
-/// afterwards: the borders of its k-way partition are as long, and take three to four times the time beyond 250 parts.
+/// METIS's partition by recursive bisection, fixed seed. Measured on the scenes of docs/partitions.md, with loads made
+/// equal afterwards: the borders of its k-way partition are as long, and take three to four times the time beyond 250 parts.
 std::optional<std::vector<std::int32_t>> metis_bisections(const TileGraph& graph, const std::vector<std::int32_t>& weights,
                                                           int n_parts);
 

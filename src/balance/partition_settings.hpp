@@ -13,7 +13,7 @@ enum class PartitionMethod {
 
 struct PartitionSettings {
   PartitionMethod method = PartitionMethod::automatic;
-  int decision_interval = 100;  ///< `automatic`: fewest steps between looks at the balance without need; 0: no looks at all
+  int decision_interval = 100;  ///< `automatic`: steps between imbalance checks, at least; 0: no checks
   int remake_interval = 0;      ///< steps between two new maps, whether they pay or not; 0: none
 };
 

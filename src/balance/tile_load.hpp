@@ -10,7 +10,7 @@
 
 namespace bulkley {
 
-/// What one step costs, ns. A run measures its own (solver/balancer.hpp); until then, and to predict, these stand for a
+/// What one step costs, ns. A run measures its own (Balancer); until then, and to predict, these stand for a
 /// recent processor. Only their ratios decide how tiles are shared out.
 struct CostModel {
   std::vector<double> particle;  ///< by material; beyond its end `default_particle`

@@ -56,18 +56,16 @@ struct Exchange::Reach {
   std::vector<TilePiece> mine, others;  // others: by rank and tile
 };
 
-Exchange::Exchange(const Comm& comm, const GridGeometry& grid, const std::vector<std::int32_t>& worker,
-                   const PoolLayout& pool) {
+Exchange::Exchange(const Comm& comm, const GridGeometry& grid, const TileMap& map, const PoolLayout& pool) {
   static_assert(sizeof(Node) == 4 * sizeof(double));
   BULKLEY_MPI(MPI_Type_contiguous(4, MPI_DOUBLE, &node_type_));
   BULKLEY_MPI(MPI_Type_commit(&node_type_));
-  Reach reach = divide(grid, worker, pool, comm.rank());
+  Reach reach = divide(grid, map, pool, comm.rank());
   connect(comm, grid, reach);
 }
 
-Exchange::Reach Exchange::divide(const GridGeometry& grid, const std::vector<std::int32_t>& worker, const PoolLayout& pool,
-                                 int rank) {
-  const NodeOwner owner(grid, worker);
+Exchange::Reach Exchange::divide(const GridGeometry& grid, const TileMap& map, const PoolLayout& pool, int rank) {
+  const NodeOwner owner(grid, map);
   const auto wrapped = [&](int axis, int index) {
     return grid.periodic[axis] && index >= grid.n_nodes(axis) ? index - grid.n_nodes(axis) : index;
   };

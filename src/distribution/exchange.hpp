@@ -7,20 +7,21 @@
 #include <vector>
 
 #include "field/field_grid.hpp"
+#include "grid/tile_map.hpp"
 
 namespace bulkley {
 
 using SfHandle = PetscHandle<PetscSF, PetscSFDestroy>;
 
-/// Adds pools into owners and brings owners' values back to the pools, for one PoolLayout per rank. The nodes of a tile are
-/// owned by its worker (NodeOwner), so that only the rims of pools travel; a rank keeps the nodes of those of its tiles that
-/// some pool reaches, and empty space costs nothing. Pool nodes beyond the grid's last node take no part; along periodic
+/// Adds pools into owners and brings owners' values back to the pools, for one PoolLayout per rank. The owner of
+/// a tile owns its nodes too (NodeOwner), so that only the rims of pools travel; a rank keeps the nodes of those of its tiles
+/// that some pool reaches, and empty space costs nothing. Pool nodes beyond the grid's last node take no part; along periodic
 /// axes there are none, footprints wrap to the first nodes. The order of the additions is not defined: kernels round their
 /// contributions so that it does not matter (docs/theory.md, "Order-free sums").
 class Exchange {
  public:
-  /// `worker`: by TileIndex, the same on every rank. Collective.
-  Exchange(const Comm& comm, const GridGeometry& grid, const std::vector<std::int32_t>& worker, const PoolLayout& pool);
+  /// `map`: the same on every rank. Collective.
+  Exchange(const Comm& comm, const GridGeometry& grid, const TileMap& map, const PoolLayout& pool);
   ~Exchange();
   Exchange(const Exchange&) = delete;
   Exchange& operator=(const Exchange&) = delete;
@@ -60,7 +61,7 @@ class Exchange {
     LocalIndex pool, count;
   };
   struct Reach;
-  Reach divide(const GridGeometry& grid, const std::vector<std::int32_t>& worker, const PoolLayout& pool, int rank);
+  Reach divide(const GridGeometry& grid, const TileMap& map, const PoolLayout& pool, int rank);
   void connect(const Comm& comm, const GridGeometry& grid, Reach& reach);
   std::vector<LocalIndex> reach_locally(std::vector<Piece> pieces);
 

@@ -12,6 +12,7 @@
 #include "balance/traffic.hpp"
 #include "io/checkpoint/checkpoint.hpp"
 #include "io/frames/frame.hpp"
+#include "rebalance/share.hpp"
 #include "simulation/forecast.hpp"
 #include "simulation/setup.hpp"
 
@@ -65,7 +66,7 @@ BodyForecast body_forecast(const Comm& comm, const Scene& scene, const Body& bod
   f.material = body.material;
   Scene alone = scene;
   alone.bodies = {body};
-  f.n_particles = seeded_census(comm, alone).n_particles();
+  f.n_particles = gather_census(comm, seeded_census(comm, alone)).n_particles();
   const double dx = scene.grid.cell_size;
   f.mass = static_cast<double>(f.n_particles) * body.density * dx * dx * dx / body.particles_per_cell;
 
@@ -89,7 +90,7 @@ BodyForecast body_forecast(const Comm& comm, const Scene& scene, const Body& bod
 constexpr double dmda_bytes_per_node = 20.0;
 constexpr double library_bytes = 5.0e6;
 
-// Bytes by rank: particles with their work arrays, nodes of the pool and as many owned ones, the tables over all tiles, and
+// Bytes by rank: particles with their work arrays, nodes of the pool and as many owned ones, the map of tiles, and
 // where the grid is written its DMDA and a vector. Precondition: check_grid_output.
 std::vector<double> memory_estimates(const Scene& scene, const Partition& partition,
                                      const std::vector<RankTraffic>& traffic) {
@@ -98,7 +99,7 @@ std::vector<double> memory_estimates(const Scene& scene, const Partition& partit
   const double per_particle = static_cast<double>(sample.bytes_per_particle()) + 8.0 + 2.0 * sizeof(LocalIndex);
   const double vectors = scene.transfer.flip_fraction() > 0.0 ? 2.0 : 1.0;
   const double footprint = std::pow(footprint_width(scene.grid.order), 2);
-  const double tables = static_cast<double>(scene.grid.n_tiles()) * sizeof(std::int32_t);
+  const auto tables = static_cast<double>(partition.map.memory());
   std::vector<double> bytes;
   for (const RankTraffic& rank : traffic)
     bytes.push_back(library_bytes + tables + per_particle * static_cast<double>(rank.n_particles) +
@@ -140,7 +141,7 @@ Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks) {
   }
   for (const NamedMaterial& material : scene.materials)
     if (!material.caveat.empty()) f.warnings.push_back(fmt::format("material '{}': {}", material.name, material.caveat));
-  const TileCensus census = seeded_census(comm, scene);
+  const TileCensus census = gather_census(comm, seeded_census(comm, scene));  // the root's; empty elsewhere
   f.n_particles = census.n_particles();
   std::vector<GlobalIndex> share;
   std::vector<double> bytes{0.0};
@@ -152,7 +153,7 @@ Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks) {
     f.warnings.insert(f.warnings.end(), notes.warnings.begin(), notes.warnings.end());
     f.boxes = partition.boxes;
     f.method = notes.method;
-    const std::vector<RankTraffic> traffic = predict_traffic(scene.grid, partition, load);
+    const std::vector<RankTraffic> traffic = predict_traffic(scene.grid, partition.map, load);
     for (const RankTraffic& rank : traffic) share.push_back(rank.n_particles);
     f.largest_share = *std::max_element(share.begin(), share.end());
     f.imbalance = imbalance(share);

@@ -88,7 +88,7 @@ GlobalIndex Run::restore() {
   fit_frame_tick(state, scene.output.frame_interval);
   state.cost.n_exchanges = scene.transfer.n_exchanges();
   const auto n_materials = static_cast<int>(scene.materials.size());
-  const TileCensus census = gather_census(comm, take_census(scene.grid, particles, n_materials));
+  const TileCensus census = take_census(scene.grid, particles, n_materials);
   Partition partition = first_partition(comm, scene, census, state.cost);
   solver = std::make_unique<Solver>(comm, physics_of(scene), std::move(partition), std::move(particles), state.bounds);
   solver->load_forces(state.force_reals, state.force_integers);

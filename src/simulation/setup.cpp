@@ -1,5 +1,4 @@
 #include "simulation/setup.hpp"
-#include "rebalance/share.hpp"
 
 #include <algorithm>
 
@@ -9,6 +8,8 @@
 #include "geometry/mesh_shape.hpp"
 #include "kernel/stress_update.hpp"
 #include "parallel/gather.hpp"
+#include "rebalance/partitioner.hpp"
+#include "rebalance/share.hpp"
 #include "scene/scene_difference.hpp"
 
 namespace bulkley {
@@ -85,9 +86,7 @@ void expect_inside(const GridGeometry& grid, const ParticleSet& particles, const
   }
 }
 
-TileCensus seeded_census(const Comm& comm, const Scene& scene) {
-  return gather_census(comm, count_share(comm, scene.grid, scene.bodies));
-}
+TileCensus seeded_census(const Comm& comm, const Scene& scene) { return count_share(comm, scene.grid, scene.bodies); }
 
 TileTotals tile_totals(const Comm& comm, const GridGeometry& grid, const TileCensus& local, const CostModel& cost) {
   const auto n_tiles = static_cast<std::size_t>(grid.n_tiles());
@@ -117,19 +116,14 @@ void check_grid_output(const Scene& scene, int n_ranks) {
 }
 
 Partition first_partition(const Comm& comm, const Scene& scene, const TileCensus& census, const CostModel& cost) {
-  Partition partition;
-  root_guard(comm, [&] {
-    PartitionNotes notes;
-    partition = make_partition(scene.grid, scene.partition, tile_load(census, cost), comm.size(), nullptr, cost, &notes);
-    for (const std::string& warning : notes.warnings) fmt::print(stderr, "warning: {}\n", warning);
-  });
-  return share_partition(comm, std::move(partition));
+  PartitionProposal proposal = make_partitioner(scene.partition)->propose(comm, {scene.grid, census, cost});
+  for (const std::string& warning : proposal.notes.warnings) fmt::print(stderr, "warning: {}\n", warning);
+  BULKLEY_ASSERT(proposal.partition);
+  return std::move(*proposal.partition);
 }
 
 ParticleSet seed_share(const Comm& comm, const Scene& scene, const Partition& partition) {
-  std::vector<TileIndex> tiles;
-  for (std::size_t tile = 0; tile < partition.worker.size(); ++tile)
-    if (partition.worker[tile] == comm.rank()) tiles.push_back(static_cast<TileIndex>(tile));
+  const std::vector<TileIndex> tiles = partition.map.owned_tiles(comm.rank());
   ParticleSet particles(optional_fields(scene));
   collective_guard(comm, [&] { seed_particles(scene.grid, scene.bodies, tiles, particles); });
   for (std::size_t m = 0; m < scene.materials.size(); ++m)

@@ -33,11 +33,10 @@ std::string expect_same_scene(const std::string& file, const std::string& scene_
 /// Throws UsageError if a particle of the checkpoint `file` lies outside the domain. Not collective.
 void expect_inside(const GridGeometry& grid, const ParticleSet& particles, const std::string& file);
 
-/// What the tiles hold at the scene's start, on the root, empty elsewhere; each rank counts a share of the tiles.
-/// Collective.
+/// What this rank's share of the tiles holds at the scene's start; each tile is in the share of one rank. Collective.
 TileCensus seeded_census(const Comm& comm, const Scene& scene);
 
-/// What each tile holds and is reckoned to cost (tile_load), by TileIndex.
+/// What each tile holds and its estimated cost (tile_load), by TileIndex.
 struct TileTotals {
   std::vector<GlobalIndex> n_particles;
   std::vector<double> cost;  ///< ns a step
@@ -54,8 +53,8 @@ CostModel assumed_cost(const Scene& scene);
 /// Refuses fields of the grid where no DMDA can hold them on so many ranks. Throws UsageError. Not collective.
 void check_grid_output(const Scene& scene, int n_ranks);
 
-/// The scene's partition of `census` (the root's counts) for as many ranks as there are, on every rank; warnings on the
-/// root's stderr. Throws UsageError. Collective.
+/// The scene's partition for as many ranks as there are, on every rank; warnings on the root's stderr. `census`: of this
+/// rank's particles, or its share of the counts (PartitionRequest). Throws UsageError. Collective.
 Partition first_partition(const Comm& comm, const Scene& scene, const TileCensus& census, const CostModel& cost);
 
 /// The particles of the tiles that `partition` gives to this rank. Collective.

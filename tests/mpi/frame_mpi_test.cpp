@@ -207,15 +207,17 @@ struct SampleTiles {
     for (LocalIndex p = 0; p < mine.size(); ++p)
       ++particles[static_cast<std::size_t>(geometry.tile_of(mine.vector(Field::position, p)))];
     MPI_Allreduce(MPI_IN_PLACE, particles.data(), static_cast<int>(particles.size()), MPI_INT64_T, MPI_SUM, comm.get());
+    std::vector<std::int32_t> rank;
     for (TileIndex tile = 0; tile < geometry.n_tiles(); ++tile) {
       rank.push_back(7 * tile % 5);
       load.push_back(0.1 * tile);
     }
+    owners = TileMap(5, std::move(rank));
   }
-  TileValues values() const { return {geometry, rank, particles, load}; }
+  TileValues values() const { return {geometry, owners, particles, load}; }
 
   GridGeometry geometry;
-  std::vector<std::int32_t> rank;
+  TileMap owners;
   std::vector<GlobalIndex> particles;
   std::vector<double> load;
 };
@@ -241,7 +243,7 @@ TEST_F(Frame, TileFileIsInZyxOrder) {
       }
 }
 
-TEST_F(Frame, ItsSizeIsForetold) {
+TEST_F(Frame, ItsSizeIsPredicted) {
   constexpr GlobalIndex n = 500;
   settings.fields = {"id", "velocity", "cauchy_stress"};
   const SampleTiles tiles(comm, SplineOrder::quadratic, n);

@@ -44,7 +44,7 @@ TEST_F(GridTest, EveryNodeHasOneOwner) {
       const Grid::Location here = grid.locate(node);
       EXPECT_EQ(here.rank, comm.rank());
       EXPECT_EQ(here.index, k);
-      EXPECT_EQ(partition.worker[geometry.tile_of_node(node)], comm.rank());
+      EXPECT_EQ(partition.map.owner(geometry.tile_of_node(node)), comm.rank());
       ++n_owners[(static_cast<std::size_t>(node[0]) * n[1] + node[1]) * n[2] + node[2]];
     }
     BULKLEY_MPI(

@@ -13,6 +13,7 @@
 
 #include "bulkley/particle/particle_set.hpp"
 #include "grid/node_pool.hpp"
+#include "grid/tile_map.hpp"
 #include "io/frames/collider_surfaces.hpp"
 #include "io/frames/xdmf.hpp"
 #include "material/material.hpp"
@@ -32,12 +33,12 @@ struct GridNodes {
   std::span<const Node> nodes;  ///< {velocity, mass}; product of `count`
 };
 
-/// How the work is divided: values by TileIndex, whole and the same on every rank.
+/// How the work is divided, the same on every rank.
 struct TileValues {
   GridGeometry geometry;
-  std::span<const std::int32_t> rank;      ///< that works on the tile
-  std::span<const GlobalIndex> particles;  ///< in the tile
-  std::span<const double> load;            ///< what the tile is reckoned to cost
+  const TileMap& owners;
+  std::span<const GlobalIndex> particles;  ///< in each tile, by TileIndex
+  std::span<const double> load;            ///< estimated cost of each tile, by TileIndex
 };
 
 struct FrameInfo {

@@ -198,9 +198,9 @@ struct Planes {
   GlobalIndex first, count;
 };
 
-template <class Value>
-Array tile_array(const char* name, ArrayType type, const GridGeometry& grid, Planes planes, std::span<const Value> values) {
-  BULKLEY_ASSERT(std::ssize(values) == grid.n_tiles());
+/// `value_of`: of a TileIndex.
+template <class ValueOf>
+Array tile_array(const char* name, ArrayType type, const GridGeometry& grid, Planes planes, const ValueOf& value_of) {
   Array array;
   array.path = std::string("/tiles/") + name;
   array.type = type;
@@ -208,12 +208,15 @@ Array tile_array(const char* name, ArrayType type, const GridGeometry& grid, Pla
   array.start = {planes.first, 0, 0};
   array.count = {planes.count, grid.n_tiles(1), grid.n_tiles(0)};
   array.unit = "1";
-  array.fill = [grid, planes, values](GlobalIndex first, GlobalIndex n, std::byte* out) {
+  array.fill = [grid, planes, value_of](GlobalIndex first, GlobalIndex n, std::byte* out) {
     const int lowest = static_cast<int>(planes.first + first);
     for (int k = lowest; k < lowest + static_cast<int>(n); ++k)
       for (int j = 0; j < grid.n_tiles(1); ++j)
-        for (int i = 0; i < grid.n_tiles(0); ++i, out += sizeof(Value))
-          std::memcpy(out, &values[static_cast<std::size_t>(grid.tile_index({i, j, k}))], sizeof(Value));
+        for (int i = 0; i < grid.n_tiles(0); ++i) {
+          const auto value = value_of(grid.tile_index({i, j, k}));
+          std::memcpy(out, &value, sizeof(value));
+          out += sizeof(value);
+        }
   };
   return array;
 }
@@ -224,12 +227,18 @@ std::vector<Array> tile_arrays(const Comm& comm, const TileValues& tiles) {
   const GridGeometry& grid = tiles.geometry;
   const EvenShare share = even_share(comm, grid.n_tiles(2));
   const Planes planes{share.first, share.count()};
-  std::vector<Array> arrays{tile_array("rank", ArrayType::int32, grid, planes, tiles.rank),
-                            tile_array("particles", ArrayType::int64, grid, planes, tiles.particles),
-                            tile_array("load", ArrayType::float64, grid, planes, tiles.load)};
-  arrays[0].meaning = "rank that works on the tile";
+  BULKLEY_ASSERT(tiles.owners.n_tiles() == grid.n_tiles());
+  BULKLEY_ASSERT(std::ssize(tiles.particles) == grid.n_tiles() && std::ssize(tiles.load) == grid.n_tiles());
+  const auto owner_of = [&map = tiles.owners](TileIndex tile) { return map.owner(tile); };
+  const auto element_of = [](auto values) {
+    return [values](TileIndex tile) { return values[static_cast<std::size_t>(tile)]; };
+  };
+  std::vector<Array> arrays{tile_array("rank", ArrayType::int32, grid, planes, owner_of),
+                            tile_array("particles", ArrayType::int64, grid, planes, element_of(tiles.particles)),
+                            tile_array("load", ArrayType::float64, grid, planes, element_of(tiles.load))};
+  arrays[0].meaning = "rank that owns the tile";
   arrays[1].meaning = "particles in the tile";
-  arrays[2].meaning = "what the tile is reckoned to cost";
+  arrays[2].meaning = "estimated cost of the tile";
   return arrays;
 }
 

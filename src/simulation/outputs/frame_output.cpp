@@ -25,7 +25,7 @@ void FrameOutput::write(Run& run) {
   const auto watch = run.watchdog.watch(frame_path(run.options.folder, state.next_frame), run.checkpoint_hint());
   if (run.scene.output.tiles) {
     const TileTotals totals = tile_totals(run.comm, run.scene.grid, run.solver->census(), state.cost);
-    const TileValues tiles{run.scene.grid, run.solver->partition().worker, totals.n_particles, totals.cost};
+    const TileValues tiles{run.scene.grid, run.solver->partition().map, totals.n_particles, totals.cost};
     write_with_grid(run, &tiles);
   } else {
     write_with_grid(run, nullptr);

@@ -1,4 +1,3 @@
-// ranks: 1
 // Numbers of ranks that the tiles of a grid do not make boxes for, and more ranks than there are tiles.
 #include <gtest/gtest.h>
 
@@ -6,6 +5,7 @@
 
 #include "balance/partition.hpp"
 #include "balance/traffic.hpp"
+#include "bulkley/base/error.hpp"
 #include "support/tile_loads.hpp"
 
 namespace bulkley {
@@ -24,19 +24,19 @@ TEST(WithoutBoxes, EveryRankHasWorkWhileThereAreTiles) {
         if (box_fault(grid, n_ranks).empty()) continue;  // 27: a box is a tile
         PartitionNotes notes;
         const Partition partition = make_partition(grid, by(method), load, n_ranks, nullptr, {}, &notes);
-        EXPECT_EQ(partition.n_ranks, n_ranks);
+        EXPECT_EQ(partition.map.n_ranks(), n_ranks);
         EXPECT_FALSE(partition.boxes);
         EXPECT_TRUE(notes.method == PartitionMethod::hilbert || notes.method == PartitionMethod::metis);
-        ASSERT_EQ(partition.worker.size(), 27u);
-        for (const std::int32_t worker : partition.worker) ASSERT_TRUE(worker >= 0 && worker < n_ranks) << worker;
+        ASSERT_EQ(partition.map.n_tiles(), 27);
+        expect_owners_in_range(partition.map);
         EXPECT_EQ(n_without_load(partition, load), std::max(0, n_ranks - 27));
         EXPECT_LE(uneven(partition, load), (27 + n_ranks - 1) / n_ranks * n_ranks / 27.0 + 1e-12);  // whole tiles
 
         // The same load again, and few tiles moved: nothing there needs boxes.
         const Partition again = make_partition(grid, by(method), load, n_ranks, &partition);
-        EXPECT_EQ(n_moved(partition, again, load), 0);
+        EXPECT_EQ(n_moved(partition.map, again.map, load), 0);
         for (const Partition& moved : rebalanced(grid, load, partition)) {
-          EXPECT_EQ(moved.n_ranks, n_ranks);
+          EXPECT_EQ(moved.map.n_ranks(), n_ranks);
           EXPECT_LE(uneven(moved, load), uneven(partition, load));
         }
       }
@@ -47,7 +47,7 @@ TEST(WithoutBoxes, RanksWithoutTilesTakeSomeOver) {
   const GridGeometry grid = grid_of_cells({8, 8, 8});
   const TileLoad load = tile_load(std::vector<GlobalIndex>(27, 300));
   Partition present = make_partition(grid, by(PartitionMethod::hilbert), load, 40);
-  std::fill(present.worker.begin(), present.worker.end(), 39);
+  present.map = map_to(grid, 40, 39);
   EXPECT_EQ(n_without_load(make_partition(grid, by(PartitionMethod::automatic), load, 40, &present), load), 13);
   EXPECT_LE(n_without_load(rebalanced(grid, load, present)[1], load), 20);
 }
@@ -59,7 +59,7 @@ TEST(WithoutBoxes, OneTile) {
     const Partition partition = make_partition(grid, by(method), load, 3);
     EXPECT_FALSE(partition.boxes);
     EXPECT_EQ(n_without_load(partition, load), 2);
-    EXPECT_EQ(predict_traffic(grid, partition, load).size(), 3u);
+    EXPECT_EQ(predict_traffic(grid, partition.map, load).size(), 3u);
   }
   for (const PartitionMethod method : {PartitionMethod::uniform, PartitionMethod::ranges})
     EXPECT_THROW(make_partition(grid, by(method), load, 2), UsageError);

@@ -1,10 +1,10 @@
-// ranks: 1
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <limits>
 #include <map>
 #include <numeric>
+#include <set>
 
 #include "balance/diffusion.hpp"
 #include "balance/graph_parts.hpp"
@@ -115,18 +115,18 @@ TEST(CutChain, RunsAreAsEqualAsTheLargestAllows) {
   EXPECT_EQ(cut_chain({1, 1, 1, 1, 1, 1, 1, 1, 1, 9}, 3), (Cuts{0, 6, 9, 10}));
 }
 
-// --- maps of workers ---------------------------------------------------------------------------------------------------
+// --- maps of owners ---------------------------------------------------------------------------------------------------
 
-TEST(FreePartition, EveryTileHasAWorkerAndEveryRankWork) {
+TEST(FreePartition, EveryTileHasAnOwnerAndEveryRankWork) {
   for (const NamedLoad& named : loads_of_all_kinds())
     for (const PartitionMethod method : free_methods)
       for (const int n_ranks : {1, 2, 3, 7, 16, 30, 64}) {
         SCOPED_TRACE(testing::Message() << named.name << ", " << named.grid.n_cells[2] << " cells along z, method "
                                         << static_cast<int>(method) << ", " << n_ranks << " ranks");
         const Partition partition = make_partition(named.grid, by(method), named.load, n_ranks);
-        ASSERT_EQ(partition.n_ranks, n_ranks);
-        ASSERT_EQ(partition.worker.size(), static_cast<std::size_t>(named.grid.n_tiles()));
-        for (const std::int32_t worker : partition.worker) ASSERT_TRUE(worker >= 0 && worker < n_ranks) << worker;
+        ASSERT_EQ(partition.map.n_ranks(), n_ranks);
+        ASSERT_EQ(partition.map.n_tiles(), named.grid.n_tiles());
+        expect_owners_in_range(partition.map);
         ASSERT_GE(named.load.size(), static_cast<std::size_t>(n_ranks));
         EXPECT_EQ(n_without_load(partition, named.load), 0);
         // Whole tiles: no method can promise less than the mean and one tile; 2 % is where METIS' parts stop.
@@ -142,17 +142,17 @@ TEST(FreePartition, AnEmptyTileJoinsANearestLoadedOne) {
   const TileIndex left = grid.tile_index({1, 4, 1}), right = grid.tile_index({12, 2, 3});
   counts[left] = counts[right] = 100;
   const Partition partition = make_partition(grid, by(PartitionMethod::hilbert), tile_load(counts), 2);
-  ASSERT_NE(partition.worker[left], partition.worker[right]);
+  ASSERT_NE(partition.map.owner(left), partition.map.owner(right));
   for (TileIndex tile = 0; tile < grid.n_tiles(); ++tile) {
     const auto steps_to = [&](TileIndex other) {
       const Int3 a = grid.tile_coordinates(tile), b = grid.tile_coordinates(other);
       return std::abs(a[0] - b[0]) + std::abs(a[1] - b[1]) + std::abs(a[2] - b[2]);
     };
     if (steps_to(left) < steps_to(right)) {
-      EXPECT_EQ(partition.worker[tile], partition.worker[left]);
+      EXPECT_EQ(partition.map.owner(tile), partition.map.owner(left));
     }
     if (steps_to(left) > steps_to(right)) {
-      EXPECT_EQ(partition.worker[tile], partition.worker[right]);
+      EXPECT_EQ(partition.map.owner(tile), partition.map.owner(right));
     }
   }
 }
@@ -160,33 +160,33 @@ TEST(FreePartition, AnEmptyTileJoinsANearestLoadedOne) {
 TEST(FreePartition, AutomaticIsTheFastestOfAllOrBoxesThatAreNearlyAsFast) {
   CostModel cost;
   std::map<PartitionMethod, int> n_chosen;
-  int n_evened = 0;
+  int n_rebalanced = 0;
   for (const double message : {0.0, 2000.0, 1e6})
     for (const NamedLoad& named : loads_of_all_kinds())
       for (const int n_ranks : {2, 9, 40}) {
         cost.message = message;
         const auto time = [&](const Partition& partition) {
-          return predicted_step(predict_traffic(named.grid, partition, named.load), cost);
+          return predicted_step(predict_traffic(named.grid, partition.map, named.load), cost);
         };
         PartitionNotes notes;
         const Partition chosen =
             make_partition(named.grid, by(PartitionMethod::automatic), named.load, n_ranks, nullptr, cost, &notes);
         ++n_chosen[notes.method];
-        n_evened += notes.evened;
+        n_rebalanced += notes.rebalanced;
         const double slack = notes.method == PartitionMethod::ranges ? 1.02 : 1.0;
         for (const PartitionMethod method : {PartitionMethod::ranges, PartitionMethod::hilbert, PartitionMethod::metis}) {
           const double other = time(make_partition(named.grid, by(method), named.load, n_ranks, nullptr, cost));
           EXPECT_LE(time(chosen), slack * other);
           if (method == notes.method) {
-            EXPECT_EQ(time(chosen) < other, notes.evened);
+            EXPECT_EQ(time(chosen) < other, notes.rebalanced);
             EXPECT_LE(time(chosen), other);
           }
         }
       }
   EXPECT_EQ(n_chosen.size(), 3u) << "the cases leave a method without a chance";
   EXPECT_EQ(n_chosen.count(PartitionMethod::automatic), 0u);
-  EXPECT_GT(n_evened, 0);
-  EXPECT_LT(n_evened, n_chosen[PartitionMethod::ranges]) << "no case where the boxes are the best as they are";
+  EXPECT_GT(n_rebalanced, 0);
+  EXPECT_LT(n_rebalanced, n_chosen[PartitionMethod::ranges]) << "no case where the boxes are the best as they are";
 }
 
 TEST(FreePartition, MoreRanksThanLoadedTiles) {
@@ -197,10 +197,10 @@ TEST(FreePartition, MoreRanksThanLoadedTiles) {
   for (const PartitionMethod method : free_methods) {
     const Partition partition = make_partition(grid, by(method), load, 8);
     EXPECT_EQ(n_without_load(partition, load), 5);  // each loaded tile has a rank of its own
-    for (const std::int32_t worker : partition.worker) ASSERT_TRUE(worker >= 0 && worker < 8);
+    expect_owners_in_range(partition.map);
   }
   const Partition chosen = make_partition(grid, by(PartitionMethod::automatic), load, 8);
-  for (const std::int32_t worker : chosen.worker) ASSERT_TRUE(worker >= 0 && worker < 8);
+  expect_owners_in_range(chosen.map);
 }
 
 TEST(FreePartition, NoLoadAtAllAndOneTile) {
@@ -208,9 +208,9 @@ TEST(FreePartition, NoLoadAtAllAndOneTile) {
   ASSERT_EQ(one.n_tiles(), 1);
   for (const PartitionMethod method : {PartitionMethod::hilbert, PartitionMethod::metis, PartitionMethod::automatic}) {
     const Partition nothing = make_partition(empty, by(method), {}, 8);
-    EXPECT_EQ(nothing.worker, box_owners(empty, *nothing.boxes));
+    EXPECT_EQ(nothing.map, map_of_boxes(empty, *nothing.boxes));
     const Partition single = make_partition(one, by(method), tile_load(std::vector<GlobalIndex>{9}), 1);
-    EXPECT_EQ(single.worker, std::vector<std::int32_t>{0});
+    EXPECT_EQ(single.map, TileMap(1, {0}));
   }
 }
 
@@ -235,7 +235,7 @@ TEST(FreePartition, AnUnchangedLoadStaysWhereItIs) {
       for (const int n_ranks : {2, 12, 40}) {
         const Partition present = make_partition(named.grid, by(method), named.load, n_ranks);
         const Partition again = make_partition(named.grid, by(method), named.load, n_ranks, &present);
-        EXPECT_EQ(n_moved(present, again, named.load), 0) << named.name << ", " << n_ranks << " ranks";
+        EXPECT_EQ(n_moved(present.map, again.map, named.load), 0) << named.name << ", " << n_ranks << " ranks";
         EXPECT_EQ(again.boxes, present.boxes);
       }
 }
@@ -244,11 +244,14 @@ TEST(FreePartition, PartsKeepTheNumberOfTheirLargestOverlap) {
   const GridGeometry grid = grid_of_cells({124, 60, 60});
   const TileLoad load = tile_load(ball_load(grid));
   Partition present = make_partition(grid, by(PartitionMethod::hilbert), load, 6);
-  for (std::int32_t& worker : present.worker) worker = (worker + 2) % 6;               // the same parts under other numbers
-  for (std::size_t t = 0; t < load.size(); t += 17) present.worker[load.tile[t]] = 0;  // and a few tiles astray
+  std::set<TileIndex> astray;
+  for (std::size_t t = 0; t < load.size(); t += 17) astray.insert(load.tile[t]);
+  present.map = map_by(grid, 6, [&](TileIndex tile) {  // the same parts under other numbers, and a few tiles astray
+    return astray.count(tile) > 0 ? 0 : (present.map.owner(tile) + 2) % 6;
+  });
   const Partition again = make_partition(grid, by(PartitionMethod::hilbert), load, 6, &present);
-  EXPECT_GT(n_moved(present, again, load), 0);
-  EXPECT_LE(n_moved(present, again, load), 512 * static_cast<GlobalIndex>(load.size() / 17 + 1));
+  EXPECT_GT(n_moved(present.map, again.map, load), 0);
+  EXPECT_LE(n_moved(present.map, again.map, load), 512 * static_cast<GlobalIndex>(load.size() / 17 + 1));
 }
 
 // --- METIS' answers ----------------------------------------------------------------------------------------------------
@@ -349,7 +352,7 @@ TEST_F(MetisAnswer, TooFewTilesFallBackToTheCurveWithAWarning) {
                                " tiles hold particles, fewer than 4 for each of " + std::to_string(n_ranks) +
                                " ranks); they are cut along a Hilbert curve";
   EXPECT_EQ(notes.warnings[0], expected);
-  EXPECT_EQ(partition.worker, make_partition(grid, by(PartitionMethod::hilbert), load, n_ranks).worker);
+  EXPECT_EQ(partition.map, make_partition(grid, by(PartitionMethod::hilbert), load, n_ranks).map);
 }
 
 // --- graph of the tiles ------------------------------------------------------------------------------------------------
@@ -465,12 +468,12 @@ TEST(Rebalanced, KeepsTheOwnersAndMovesLittle) {
   TileLoad load = tile_load(ball_load(grid));
   const Partition present = make_partition(grid, by(PartitionMethod::metis), load, 16);
   for (std::size_t t = 0; t < load.size(); ++t)
-    if (present.worker[load.tile[t]] == 5) load.weight[t] += load.weight[t] / 5;
+    if (present.map.owner(load.tile[t]) == 5) load.weight[t] += load.weight[t] / 5;
   const Partition after = rebalanced(grid, load, present)[0];
   EXPECT_EQ(after.boxes, present.boxes);
   EXPECT_LE(uneven(after, load), 1.02);
   EXPECT_GT(uneven(present, load), 1.15);
-  EXPECT_LT(n_moved(present, after, load), 512 * static_cast<GlobalIndex>(load.size()) / 20);
+  EXPECT_LT(n_moved(present.map, after.map, load), 512 * static_cast<GlobalIndex>(load.size()) / 20);
 }
 
 }  // namespace

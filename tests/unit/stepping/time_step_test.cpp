@@ -1,4 +1,3 @@
-// ranks: 1
 // The controller of the time step (docs/theory.md, "Time step"), driven without particles: a made-up motion says how a step
 // ends.
 #include "stepping/time_step.hpp"
