@@ -9,10 +9,11 @@
 // How loads are made equal.
 //
 // Every move of a tile has a gain: the nodes that cease to be shared between parts less those that come to be shared. Three
-// tools move tiles; all prefer the largest gain, so that borders stay short, and break ties in a fixed order, so that the
-// result is always the same.
+// tools move tiles. They choose single tiles by the largest gain, so that borders stay short, and break ties in a fixed
+// order, so that the result is always the same.
 // - Polishing moves a single tile out of the most loaded part into a part that touches it, as long as the larger of the two
-//   loads falls. Where no touching part has room, a connected piece of the part goes to the least loaded part instead.
+//   loads falls. Where no touching part has room, the separate piece of the part that fits best goes to the least
+//   loaded part instead.
 // - Flows: parts are the vertices of a graph, with an edge where they touch. The potentials u with (Laplacian of the graph)
 //   u = load - mean give the flow u_p - u_q over each edge; of all flows that make the loads equal it has the least sum of
 //   squares (Hu, Blake & Emerson 1998). Flows are carried out tile by tile, from high potentials to low: a part has then
@@ -193,8 +194,8 @@ class Diffusion {
     return true;
   }
 
-  // A drop, or whatever else hangs together, to the emptiest part: the parts around it may all be full, or there may be
-  // none.
+  // A separate piece of the part, such as a drop, to the least loaded part: all parts that touch it may be full, or there
+  // may be none.
   bool pass_piece(int full) {
     const int to = static_cast<int>(std::min_element(part_load_.begin(), part_load_.end()) - part_load_.begin());
     const std::vector<std::vector<std::int32_t>> pieces = pieces_of(full);

@@ -18,7 +18,7 @@ namespace bulkley {
 
 namespace {
 
-// Boxes stay until they are this much more uneven than when they were cut.
+// Boxes stay until their imbalance has grown by this factor since they were cut.
 constexpr double boxes_slack = 1.2;
 
 // So much faster must a step be than with boxes. Boxes are cut across x and y first, so that what falls and spreads stays
@@ -101,7 +101,7 @@ std::vector<std::int32_t> free_parts(const GridGeometry& grid, const TileLoad& l
   return hilbert_parts(grid, load, n_ranks);
 }
 
-// Those of `present` while they will do.
+// Those of `present` while their imbalance allows.
 std::optional<Boxes> boxes_for(const GridGeometry& grid, const TileLoad& load, int n_ranks, const Partition* present) {
   if (present && present->boxes && box_imbalance(grid, *present->boxes, load) <= boxes_slack * present->boxes->imbalance)
     return present->boxes;
@@ -109,7 +109,7 @@ std::optional<Boxes> boxes_for(const GridGeometry& grid, const TileLoad& load, i
 }
 
 // The map where no load decides: that of the boxes, or, where there are none, equal runs of the Hilbert curve through all
-// tiles. That takes much memory on a large grid, and nobody asks for it where there is a load: then without tiles.
+// tiles. That takes much memory on a large grid and is not needed where there is a load: then without tiles.
 TileMap map_without_load(const GridGeometry& grid, const std::optional<Boxes>& boxes, const TileLoad& load, int n_ranks) {
   if (boxes) return map_of_boxes(grid, *boxes);
   if (load.size() > 0) return {n_ranks, {}};

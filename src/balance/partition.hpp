@@ -29,7 +29,7 @@ struct Partition {
   std::optional<Boxes> boxes;  ///< none where box_fault: a step needs no boxes, only fields of the whole grid do
 };
 
-/// Their process grid to stand behind a number of ranks, as " (2 x 2 x 2)"; empty if there are none.
+/// Their process grid as text behind a number of ranks: " (2 x 2 x 2)"; empty if there are none.
 std::string boxes_text(const std::optional<Boxes>& boxes);
 
 /// Why the tiles of the grid do not make a box for each rank, as a clause; empty where they do. Not collective.

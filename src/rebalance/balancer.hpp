@@ -41,7 +41,7 @@ class Balancer {
  private:
   /// Sums over the steps of this rank.
   struct Clock {
-    double particles = 0.0, nodes = 0.0;  ///< s in what goes over particles (beside stress updates) and over nodes
+    double particles = 0.0, nodes = 0.0;  ///< s in work on particles (without stress updates) and on nodes
     std::vector<double> materials;        ///< s in the stress updates
   };
   /// When the next check comes; the same on every rank.

@@ -1,11 +1,11 @@
 #pragma once
-// The partitioner of today: the root sees the whole census, and every rank gets its map.
+// The default partitioner: the root sees the whole census, and every rank gets its map.
 
 #include "rebalance/partitioner.hpp"
 
 namespace bulkley {
 
-/// Gathers the censuses on the root, which makes a map by make_partition or looks for a worthwhile_change, and broadcasts
+/// Gathers the censuses on the root, which makes a map by make_partition or finds a worthwhile_change, and broadcasts
 /// it. Takes memory for all tiles with particles on the root, and one message from every rank to it.
 class RootPartitioner final : public Partitioner {
  public:

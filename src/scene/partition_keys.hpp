@@ -25,8 +25,8 @@ inline const config::Keys<PartitionSettings>& keys(config::Of<PartitionSettings>
                     "a box of tiles for each rank, the others work on any number of ranks."})
           .key("decision_interval", &PartitionSettings::decision_interval,
                {.about =
-                    "Steps after which auto looks in any case whether a new map pays; more where looks would take over 1 % "
-                    "of the time. It looks earlier when the fullest rank grows. 0: the map of the start stays.",
+                    "Steps after which auto checks in any case whether a new map pays; more where checks would take over "
+                    "1 % of the time. It checks earlier when the most loaded rank grows. 0: the map of the start stays.",
                 .unit = "steps",
                 .range = config::at_least(0.0)})
           .key("remake_interval", &PartitionSettings::remake_interval,

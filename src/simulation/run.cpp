@@ -7,7 +7,6 @@
 #include "io/checkpoint/checkpoint.hpp"
 #include "io/files/text_file.hpp"
 #include "parallel/log.hpp"
-#include "rebalance/share.hpp"
 #include "simulation/outputs/output.hpp"
 #include "simulation/setup.hpp"
 #include "simulation/stop_criteria.hpp"
