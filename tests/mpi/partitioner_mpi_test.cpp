@@ -169,7 +169,7 @@ ParticleSet run_by(const Comm& comm, const SolverScene& scene, std::unique_ptr<P
   Balancer balancer(comm, settings, {}, 0, std::move(partitioner));
   TimeStepState state;
   for (int step = 1; step <= 30; ++step) {
-    solver->step(1.0, 0, state);
+    solver->step({0.0, 1.0}, state);
     if (step == 5) solver->adopt({map_to(scene.physics.grid, comm.size(), comm.size() - 1), {}});
     balancer.after_step(*solver, step);
   }
