@@ -90,9 +90,8 @@ constexpr double dmda_bytes_per_node = 20.0;
 constexpr double library_bytes = 5.0e6;
 
 // Bytes by rank: particles with their work arrays, nodes of the pool and as many owned ones, the tables over all tiles, and
-// where the grid is written its DMDA and a vector. Precondition: check_grid_output.
-std::vector<double> memory_estimates(const Scene& scene, const Partition& partition,
-                                     const std::vector<RankTraffic>& traffic) {
+// where the grid is written its DMDA and a vector.
+std::vector<double> memory_estimates(const Scene& scene, const std::vector<RankTraffic>& traffic) {
   const ParticleSet sample(optional_fields(scene));
   // Particles, one column of scratch for sorting, cell and order of each.
   const double per_particle = static_cast<double>(sample.bytes_per_particle()) + 8.0 + 2.0 * sizeof(LocalIndex);
@@ -105,13 +104,9 @@ std::vector<double> memory_estimates(const Scene& scene, const Partition& partit
                     2.0 * vectors * sizeof(Node) * static_cast<double>(rank.n_pool_nodes) +
                     sizeof(LocalIndex) * (tile_nodes + footprint) * static_cast<double>(rank.n_tiles));
   if (!scene.output.grid) return bytes;
-  const Boxes& boxes = *partition.boxes;
-  for (int i = 0; i < boxes.n_ranks[0]; ++i)
-    for (int j = 0; j < boxes.n_ranks[1]; ++j)
-      for (int k = 0; k < boxes.n_ranks[2]; ++k) {
-        const double owned = 1.0 * boxes.nodes[0][i] * boxes.nodes[1][j] * boxes.nodes[2][k];
-        bytes[static_cast<std::size_t>(boxes.rank_of({i, j, k}))] += (sizeof(Node) + dmda_bytes_per_node) * owned;
-      }
+  const FieldBoxes boxes = field_boxes(node_fields(scene.grid), static_cast<int>(bytes.size()));
+  for (std::size_t rank = 0; rank < bytes.size(); ++rank)
+    bytes[rank] += (sizeof(Node) + dmda_bytes_per_node) * static_cast<double>(boxes.n_nodes(static_cast<int>(rank)));
   return bytes;
 }
 
@@ -122,7 +117,7 @@ double wave_speed_at_rest(const Material& material) {
 }
 
 Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks) {
-  check_grid_output(scene, n_ranks);
+  check_grid_output(scene);
   Forecast f;
   f.n_ranks = n_ranks;
   StepBounds start;
@@ -156,7 +151,7 @@ Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks) {
     for (const RankTraffic& rank : traffic) share.push_back(rank.n_particles);
     f.largest_share = *std::max_element(share.begin(), share.end());
     f.imbalance = imbalance(share);
-    bytes = memory_estimates(scene, partition, traffic);
+    bytes = memory_estimates(scene, traffic);
   });
   f.bytes_per_rank = *std::max_element(bytes.begin(), bytes.end());
   f.bytes_per_particle = std::accumulate(bytes.begin(), bytes.end(), 0.0) / static_cast<double>(f.n_particles);

@@ -51,8 +51,8 @@ CostModel load_cost(const Reals& reals);
 /// What steps of the scene cost before any is measured. Not collective.
 CostModel assumed_cost(const Scene& scene);
 
-/// Refuses fields of the grid where no DMDA can hold them on so many ranks. Throws UsageError. Not collective.
-void check_grid_output(const Scene& scene, int n_ranks);
+/// Refuses frames of a grid that PETSc cannot number. Throws UsageError. Not collective.
+void check_grid_output(const Scene& scene);
 
 /// The scene's partition of `census` (the root's counts) for as many ranks as there are, on every rank; warnings on the
 /// root's stderr. Throws UsageError. Collective.
