@@ -19,7 +19,7 @@ Axes most_boxes(const FieldLayout& layout) {
   return most;
 }
 
-// Nodes of the largest box, then nodes on its faces.
+// Nodes of the largest box, then nodes on those of its faces that have a neighbour.
 std::tuple<GlobalIndex, GlobalIndex> cost_of(const FieldLayout& layout, const Int3& n_boxes) {
   std::array<GlobalIndex, 3> n{};
   for (int axis = 0; axis < 3; ++axis) {
@@ -28,7 +28,7 @@ std::tuple<GlobalIndex, GlobalIndex> cost_of(const FieldLayout& layout, const In
   }
   GlobalIndex faces = 0;
   for (std::size_t a = 0; a < 3; ++a)
-    if (n_boxes[a] > 1) faces += n[(a + 1) % 3] * n[(a + 2) % 3];
+    faces += std::min(n_boxes[a] - 1, 2) * n[(a + 1) % 3] * n[(a + 2) % 3];
   return {n[0] * n[1] * n[2], faces};
 }
 

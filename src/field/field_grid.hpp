@@ -36,8 +36,9 @@ struct FieldLayout {
 /// Of fields of Nodes: {x, y, z, mass}, no ghosts.
 inline FieldLayout node_fields(const GridGeometry& geometry) { return {.geometry = geometry, .n_components = 4}; }
 
-/// How a field's nodes are divided among ranks: a box each, as even as whole nodes allow and as near to cubes. No box is thinner than the
-/// stencil is wide. Where so many boxes cannot be cut, as for 67 ranks and 40 x 40 x 40 nodes, the last ranks have none.
+/// How a field's nodes are divided among ranks: a box each, as even as whole nodes allow and as near to cubes. No box is
+/// thinner than the stencil is wide. Where so many boxes cannot be cut, as for 67 ranks and 40 x 40 x 40 nodes, the last
+/// ranks have none.
 struct FieldBoxes {
   Int3 n_boxes{1, 1, 1};  ///< along each axis; rank (a n_boxes[1] + b) n_boxes[2] + c has box (a, b, c)
   std::array<std::vector<int>, 3>
@@ -51,14 +52,14 @@ struct FieldBoxes {
 /// Precondition: field_fault is empty. Not collective.
 FieldBoxes field_boxes(const FieldLayout& layout, int n_ranks);
 
-/// Why PETSc cannot hold such a field, as a clause; empty where it can: its indices do not number the unknowns, or an axis has fewer nodes
-/// than the stencil reaches. Not collective.
+/// Why PETSc cannot hold such a field, as a clause; empty where it can: its indices do not number the unknowns, or an axis
+/// has fewer nodes than the stencil reaches. Not collective.
 std::string field_fault(const FieldLayout& layout);
 
-/// A DMDA of these nodes, divided by field_boxes. Nodes have the indices of the geometry: those below its first are negative.
-/// Arrays of a field hold n_components numbers a node, nodes z fastest, as the rows of a pool run. A DMDA numbers its first axis
-/// fastest, so inside this class its axes are the grid's reversed, (z, y, x): DMDAVecGetArrayDOF gives an array indexed
-/// [i - first index][j][k][component], where the indices are counted from 0 (`below` added).
+/// A DMDA of these nodes, divided by field_boxes. Nodes have the indices of the geometry: those below its first are
+/// negative. Arrays of a field hold n_components numbers a node, nodes z fastest, as the rows of a pool run. A DMDA numbers
+/// its first axis fastest, so inside this class its axes are the grid's reversed, (z, y, x): DMDAVecGetArrayDOF gives an
+/// array indexed [i - first index][j][k][component], where the indices are counted from 0 (`below` added).
 class FieldGrid {
  public:
   /// Throws UsageError with field_fault. Collective.
@@ -66,7 +67,8 @@ class FieldGrid {
 
   const FieldLayout& layout() const { return layout_; }
   int n_components() const { return layout_.n_components; }
-  /// Whether this rank has nodes. Only such ranks may call what follows up to create_local, and all of them must where it is collective.
+  /// Whether this rank has nodes. Only such ranks may call what follows up to create_local, and all of them must where it is
+  /// collective.
   bool has_nodes() const { return count_[0] > 0; }
   DM dm() const { return dm_.get(); }
   /// The ranks that have nodes, in the order of all ranks.

@@ -26,8 +26,8 @@ std::vector<std::string> material_names(const Scene& scene);
 /// Throws UsageError unless `found`, the materials of the checkpoint `file`, are those of the scene. Not collective.
 void expect_materials(const std::string& file, const std::vector<std::string>& found, const Scene& scene);
 
-/// Throws UsageError if the scene differs from the one in the checkpoint `file` (scene_differences) with the first keys that do,
-/// or returns that sentence if it `may` differ; empty if it does not. Not collective.
+/// Throws UsageError if the scene differs from the one in the checkpoint `file` (scene_differences) with the first keys that
+/// do, or returns that sentence if it `may` differ; empty if it does not. Not collective.
 std::string expect_same_scene(const std::string& file, const std::string& scene_text, const Scene& scene, bool may);
 
 /// Throws UsageError if a particle of the checkpoint `file` lies outside the domain. Not collective.

@@ -118,7 +118,8 @@ TEST_F(FieldGridTest, VectorsHoldOneNodeAfterTheOther) {
   }
 }
 
-// What a solve on the whole grid needs: one unknown, ghosts from the neighbours, and a stencil that gives zero for what is linear.
+// What a solve on the whole grid needs: one unknown, ghosts from the neighbours, and a stencil that gives zero for what is
+// linear.
 TEST_F(FieldGridTest, TheLaplacianOfALinearFunctionIsZero) {
   for (const Int3& n_cells : {Int3{13, 7, 9}, Int3{24, 4, 4}}) {
     const FieldGrid grid(comm, {.geometry = geometry_of(n_cells), .stencil_width = 1, .below = {2, 0, 0}});
@@ -158,8 +159,8 @@ TEST_F(FieldGridTest, TheLaplacianOfALinearFunctionIsZero) {
   }
 }
 
-// Where the axis wraps, the neighbour across the boundary is the node at the other end: the same stencil on a wave of the axis' length gives its
-// eigenvalue.
+// Where the axis wraps, the neighbour across the boundary is the node at the other end: the same stencil on a wave of the
+// axis' length gives its eigenvalue.
 TEST_F(FieldGridTest, TheLaplacianOfAPeriodicWaveIsItsEigenvalue) {
   const GridGeometry geometry = geometry_of({12, 8, 16}, {true, true, true});
   const FieldGrid grid(comm, {.geometry = geometry, .stencil_width = 1});
@@ -186,7 +187,8 @@ TEST_F(FieldGridTest, TheLaplacianOfAPeriodicWaveIsItsEigenvalue) {
   }
 }
 
-// --- the division ------------------------------------------------------------------------------------------------------------
+// --- the division
+// ------------------------------------------------------------------------------------------------------------
 
 TEST(FieldBoxes, AreEven) {
   const FieldLayout cube{.geometry = geometry_of({60, 60, 60})};
@@ -197,7 +199,8 @@ TEST(FieldBoxes, AreEven) {
   EXPECT_EQ(long_way.n_boxes, (Int3{4, 1, 1}));
 }
 
-// More ranks than nodes along every axis, primes, and stencils as wide as the boxes: the ranks beyond have none, and nothing is refused.
+// More ranks than nodes along every axis, primes, and stencils as wide as the boxes: the ranks beyond have none, and nothing
+// is refused.
 TEST(FieldBoxes, SurplusRanksHaveNoNodes) {
   const FieldLayout small{.geometry = geometry_of({4, 4, 4}, {true, true, true})};
   for (int n_ranks = 1; n_ranks <= 200; ++n_ranks) {
@@ -227,7 +230,8 @@ TEST_F(FieldGridTest, WorksWhereSomeRanksHaveNoNodes) {
   EXPECT_EQ(size, 2 * 13 * 4 * 4);
 }
 
-// --- refusals ----------------------------------------------------------------------------------------------------------------
+// --- refusals
+// ----------------------------------------------------------------------------------------------------------------
 
 std::string refusal(const Comm& comm, const FieldLayout& layout) {
   try {
