@@ -41,8 +41,7 @@ inline FieldLayout node_fields(const GridGeometry& geometry) { return {.geometry
 /// ranks have none.
 struct FieldBoxes {
   Int3 n_boxes{1, 1, 1};  ///< along each axis; rank (a n_boxes[1] + b) n_boxes[2] + c has box (a, b, c)
-  std::array<std::vector<int>, 3>
-      starts;  ///< by box along the axis: its first node, counted from 0; one past the last at the end
+  std::array<std::vector<int>, 3> starts;  ///< along each axis: the first node of each box, from 0, and one past the last
 
   int n_ranks() const { return n_boxes[0] * n_boxes[1] * n_boxes[2]; }
   /// Nodes of a rank; 0 for those without a box.

@@ -42,9 +42,9 @@ class Solver {
   GlobalIndex halo_bytes() const;
   /// The grid that node_values fills. Precondition: it has been called.
   const FieldGrid& grid() const { return *node_grid_; }
-  /// {v, m} that the particles as they are give to this rank's nodes of grid(), boundaries applied; zero where no particle reaches.
-  /// `time`: where moving colliders stand, s. Changes no particle. Throws UsageError where PETSc cannot number the nodes.
-  /// Collective.
+  /// {v, m} that the particles as they are give to this rank's nodes of grid(), boundaries applied; zero where no particle
+  /// reaches. `time`: where moving colliders stand, s. Changes no particle. Throws UsageError where PETSc cannot number the
+  /// nodes. Collective.
   std::vector<Node> node_values(double time);
 
   /// What the material has given to the colliders since the start or the last set_contact_impulses, over all ranks; the same

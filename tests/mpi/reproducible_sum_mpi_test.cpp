@@ -46,7 +46,7 @@ std::vector<Pairs> cases() {
     result[5].push_back(i % 2 ? 0.0 : -0.0, number(-3.0, 3.0));
     result[6].push_back(number(-1074.0, -1022.0), 1.0);
   }
-  result[4].push_back(1e-7, 3.0);
+  result[4].push_back(0x1p-30, 3.0);
   return result;
 }
 
@@ -84,7 +84,7 @@ TEST_F(ReproducibleSumTest, DotsHaveTheSameBitsHoweverTheDataIsDivided) {
 
 TEST_F(ReproducibleSumTest, CancellationLeavesTheRest) {
   const Pairs all = cases()[4], mine = share_of(all, 1);
-  EXPECT_EQ(reproducible_dot(comm, mine.a, mine.b), 1e-7 * 3.0);
+  EXPECT_EQ(reproducible_dot(comm, mine.a, mine.b), 0x3p-30);
 }
 
 TEST_F(ReproducibleSumTest, NoRankNeedsToHaveAny) {
@@ -117,7 +117,7 @@ TEST_F(ReproducibleSumTest, SeveralSumsTakeOneReduction) {
     EXPECT_EQ(bits(sums[n].value()), bits(reproducible_dot(self, all[n].a, all[n].b)));
 }
 
-// --- columns with known maxima -----------------------------------------------------------------------------------------------
+// --- columns with known maxima ---------------------------------------------------------------------------------------
 
 TEST_F(ReproducibleSumTest, SumsWithinBoundsHaveTheSameBitsAndAreNearlyExact) {
   const Pairs all = cases()[0];
@@ -141,7 +141,7 @@ TEST_F(ReproducibleSumTest, SumsWithinBoundsHaveTheSameBitsAndAreNearlyExact) {
   EXPECT_EQ(alone[1], reproducible_sum(self, all.b));
 }
 
-// --- impulses on colliders ---------------------------------------------------------------------------------------------------
+// --- impulses on colliders -------------------------------------------------------------------------------------------
 
 // Large, small and of both signs, so that carries run through all words.
 TEST_F(ReproducibleSumTest, ContactImpulsesAreAddedExactly) {

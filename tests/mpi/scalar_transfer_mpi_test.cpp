@@ -1,5 +1,6 @@
 // ranks: 1 2 3 8
-// One number per particle to the nodes, to a field on the whole grid, back to the nodes and to the particles: the same bits on any number of ranks.
+// One number per particle to the nodes, to a field on the whole grid, back to the nodes and to the particles: the same bits on
+// any number of ranks.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -28,7 +29,7 @@ struct Scene {
 
 // A ball across a corner of the domain, which is the middle of the material where axes are periodic.
 Scene scene_of(SplineOrder order, const std::array<bool, 3>& periodic) {
-  Scene scene{grid_of_cells({12, 16, 20}, periodic), {}, {}};
+  Scene scene{grid_of_cells({12, 16, 20}, periodic), ParticleSet(), {}};
   scene.grid.order = order;
   scene.particles.resize(n_particles);
   std::mt19937 random(4);
@@ -67,10 +68,10 @@ Result transfer(const Comm& comm, const Scene& scene, const std::vector<std::int
   const PoolLayout layout(grid, tiles);
   const ParticleSet particles = picked(scene.particles, mine);
   CellMap map;
-  std::vector<Stray> strays;
+  std::vector<OutsideParticle> outside;
   map.reset(layout, particles.size());
-  locate(grid, layout, particles, map, strays);
-  EXPECT_TRUE(strays.empty());
+  locate(grid, layout, particles, map, outside);
+  EXPECT_TRUE(outside.empty());
 
   std::vector<double> q;
   double largest = 0.0;

@@ -1,4 +1,5 @@
-// What an order-free dot product costs beside a plain one, for arrays that no cache holds. Prints both; fails beyond the promise.
+// What an order-free dot product costs beside a plain one, for arrays that no cache holds. Prints both; fails beyond the
+// promise.
 
 #include <algorithm>
 #include <chrono>

@@ -157,6 +157,14 @@ TEST(BinnedSum, IsRoundedOnce) {
   EXPECT_EQ(sum_of({-1.0, -0x1p-53, -0x1p-70}), -1.0 - 0x1p-52);
   EXPECT_EQ(sum_of({1e16, 1.0, -1e16}), 1.0);
   EXPECT_EQ(sum_of({-0x1p40, 0x1p39, 0x1p39, 3.0}), 3.0);
+  // Halfway between two doubles far above the lowest bin, which then decides.
+  std::vector<double> large(1024, 0x1p38);
+  large.push_back(0x1p-5);
+  EXPECT_EQ(sum_of(large), 0x1p48);
+  large.push_back(0x1p-70);
+  EXPECT_EQ(sum_of(large), 0x1p48 + 0x1p-4);
+  large.back() = -0x1p-70;
+  EXPECT_EQ(sum_of(large), 0x1p48);
   for (unsigned seed = 0; seed < 50; ++seed) {
     std::vector<double> values = numbers(2000, -4.0, 4.0, seed);  // multiples of 2^-56
     EXPECT_EQ(sum_of(values), exact_sum(values));
