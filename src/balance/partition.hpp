@@ -1,5 +1,5 @@
 #pragma once
-// Which rank owns which tile, and how the DMDA divides the nodes among ranks.
+// Which rank owns which tile.
 
 #include <array>
 #include <optional>
@@ -12,13 +12,13 @@
 
 namespace bulkley {
 
-/// A box of nodes for each rank, as a DMDA divides its grid.
+/// A box of nodes for each rank.
 struct Boxes {
   Int3 n_ranks{1, 1, 1};                  ///< process grid
   std::array<std::vector<int>, 3> nodes;  ///< per process along each axis; multiples of tile_width but the last
   double imbalance = 1.0;                 ///< largest over mean load of the boxes, when they were cut
 
-  /// Ranks are numbered as the DMDA of Grid numbers them: z fastest, like its nodes.
+  /// Ranks are numbered z fastest, like nodes.
   int rank_of(const Int3& process) const { return (process[0] * n_ranks[1] + process[1]) * n_ranks[2] + process[2]; }
   /// Whether they are the same boxes, whatever load they were cut for.
   bool operator==(const Boxes& other) const { return nodes == other.nodes; }
@@ -26,7 +26,7 @@ struct Boxes {
 
 struct Partition {
   TileMap map;                 ///< owners of the tiles
-  std::optional<Boxes> boxes;  ///< none where box_fault: a step needs no boxes, only fields of the whole grid do
+  std::optional<Boxes> boxes;  ///< none where box_fault
 };
 
 /// Their process grid as text behind a number of ranks: " (2 x 2 x 2)"; empty if there are none.

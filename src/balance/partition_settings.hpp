@@ -5,7 +5,7 @@ namespace bulkley {
 
 enum class PartitionMethod {
   uniform,    ///< equal numbers of tiles per rank along each axis
-  ranges,     ///< DMDA ownership ranges chosen for the smallest largest load
+  ranges,     ///< boxes cut for the smallest largest load
   hilbert,    ///< chunks of a Hilbert curve through the tiles that hold particles
   metis,      ///< parts of the graph of those tiles
   automatic,  ///< whichever is predicted to be fastest, as long as a change pays

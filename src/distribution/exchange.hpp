@@ -6,7 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "field/field_grid.hpp"
+#include "bulkley/parallel/petsc.hpp"
+#include "grid/node_pool.hpp"
 #include "grid/tile_map.hpp"
 
 namespace bulkley {
@@ -35,13 +36,13 @@ class Exchange {
 
   /// owned[n] = sum over ranks of their pool copies of node n, for every active node n; never -0. Collective.
   void add(const Node* pool, Node* owned);
+  /// The same for pools of one number a node.
+  void add(const double* pool, double* owned);
   /// pool = owned, for every pool node of the grid; pool nodes beyond it become zero. Collective.
   void get(const Node* owned, Node* pool);
+  void get(const double* owned, double* pool);
 
-  /// Copies the active nodes into a DMDA's nodes, which other ranks may hold. Collective.
-  void store(const Comm& comm, const Node* owned, const Grid& grid, Node* global) const;
-
-  /// What one rank sends to others in one call.
+  /// What one rank sends to others in one call, for pools of Nodes.
   struct Traffic {
     std::size_t bytes = 0;
     int n_messages = 0;
@@ -64,6 +65,10 @@ class Exchange {
   Reach divide(const GridGeometry& grid, const TileMap& map, const PoolLayout& pool, int rank);
   void connect(const Comm& comm, const GridGeometry& grid, Reach& reach);
   std::vector<LocalIndex> reach_locally(std::vector<Piece> pieces);
+  template <int n_numbers>
+  void add_numbers(MPI_Datatype type, const double* pool, double* owned);
+  template <int n_numbers>
+  void get_numbers(MPI_Datatype type, const double* owned, double* pool);
 
   PoolLayout owned_;  ///< of the tiles of nodes that this rank owns and some pool reaches
   MPI_Datatype node_type_ = MPI_DATATYPE_NULL;

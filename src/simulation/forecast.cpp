@@ -91,7 +91,7 @@ constexpr double dmda_bytes_per_node = 20.0;
 constexpr double library_bytes = 5.0e6;
 
 // Bytes by rank: particles with their work arrays, nodes of the pool and as many owned ones, the map of tiles, and
-// where the grid is written its DMDA and a vector. Precondition: check_grid_output.
+// where the grid is written its DMDA and a vector.
 std::vector<double> memory_estimates(const Scene& scene, const Partition& partition,
                                      const std::vector<RankTraffic>& traffic) {
   const ParticleSet sample(optional_fields(scene));
@@ -106,13 +106,9 @@ std::vector<double> memory_estimates(const Scene& scene, const Partition& partit
                     2.0 * vectors * sizeof(Node) * static_cast<double>(rank.n_pool_nodes) +
                     sizeof(LocalIndex) * (tile_nodes + footprint) * static_cast<double>(rank.n_tiles));
   if (!scene.output.grid) return bytes;
-  const Boxes& boxes = *partition.boxes;
-  for (int i = 0; i < boxes.n_ranks[0]; ++i)
-    for (int j = 0; j < boxes.n_ranks[1]; ++j)
-      for (int k = 0; k < boxes.n_ranks[2]; ++k) {
-        const double owned = 1.0 * boxes.nodes[0][i] * boxes.nodes[1][j] * boxes.nodes[2][k];
-        bytes[static_cast<std::size_t>(boxes.rank_of({i, j, k}))] += (sizeof(Node) + dmda_bytes_per_node) * owned;
-      }
+  const FieldBoxes boxes = field_boxes(node_fields(scene.grid), static_cast<int>(bytes.size()));
+  for (std::size_t rank = 0; rank < bytes.size(); ++rank)
+    bytes[rank] += (sizeof(Node) + dmda_bytes_per_node) * static_cast<double>(boxes.n_nodes(static_cast<int>(rank)));
   return bytes;
 }
 
@@ -123,7 +119,7 @@ double wave_speed_at_rest(const Material& material) {
 }
 
 Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks) {
-  check_grid_output(scene, n_ranks);
+  check_grid_output(scene);
   Forecast f;
   f.n_ranks = n_ranks;
   StepBounds start;

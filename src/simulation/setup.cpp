@@ -108,11 +108,10 @@ CostModel assumed_cost(const Scene& scene) {
   return cost;
 }
 
-void check_grid_output(const Scene& scene, int n_ranks) {
+void check_grid_output(const Scene& scene) {
   if (!scene.output.grid) return;
-  Grid::check_fits(scene.grid);
-  if (const std::string fault = box_fault(scene.grid, n_ranks); !fault.empty())
-    throw UsageError(fmt::format("{}, as output.grid = true needs; use another number of ranks or a finer grid", fault));
+  if (const std::string fault = field_fault(node_fields(scene.grid)); !fault.empty())
+    throw UsageError(fmt::format("output.grid = true: {}", fault));
 }
 
 Partition first_partition(const Comm& comm, const Scene& scene, const TileCensus& census, const CostModel& cost) {

@@ -26,8 +26,8 @@ std::vector<std::string> material_names(const Scene& scene);
 /// Throws UsageError unless `found`, the materials of the checkpoint `file`, are those of the scene. Not collective.
 void expect_materials(const std::string& file, const std::vector<std::string>& found, const Scene& scene);
 
-/// Throws UsageError if the scene differs from the one in the checkpoint `file` (scene_differences) with the first keys that do,
-/// or returns that sentence if it `may` differ; empty if it does not. Not collective.
+/// Throws UsageError if the scene differs from the one in the checkpoint `file` (scene_differences) with the first keys that
+/// do, or returns that sentence if it `may` differ; empty if it does not. Not collective.
 std::string expect_same_scene(const std::string& file, const std::string& scene_text, const Scene& scene, bool may);
 
 /// Throws UsageError if a particle of the checkpoint `file` lies outside the domain. Not collective.
@@ -50,8 +50,8 @@ CostModel load_cost(const Reals& reals);
 /// What steps of the scene cost before any is measured. Not collective.
 CostModel assumed_cost(const Scene& scene);
 
-/// Refuses fields of the grid where no DMDA can hold them on so many ranks. Throws UsageError. Not collective.
-void check_grid_output(const Scene& scene, int n_ranks);
+/// Refuses frames of a grid that PETSc cannot number. Throws UsageError. Not collective.
+void check_grid_output(const Scene& scene);
 
 /// The scene's partition for as many ranks as there are, on every rank; warnings on the root's stderr. `census`: of this
 /// rank's particles, or its share of the counts (PartitionRequest). Throws UsageError. Collective.

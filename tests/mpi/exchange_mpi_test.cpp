@@ -219,28 +219,36 @@ TEST_F(ExchangeTest, CountsWhatGoesToOthers) {
   });
 }
 
-TEST_F(ExchangeTest, StoresActiveNodesInTheGrid) {
+// Pools of one number a node: component 2 of those above.
+TEST_F(ExchangeTest, ScalarsGoTheSameWays) {
   for_each_setting([&](const Setting& setting) {
-    const TileMap other = map_by(setting.geometry, comm.size(), [&](TileIndex tile) {  // nodes must travel
-      return (setting.partition.map.owner(tile) + 1) % comm.size();
-    });
-    const Grid grid(comm, setting.geometry, *setting.partition.boxes);
-    const Exchange exchange(comm, setting.geometry, other, setting.layouts[comm.rank()]);
-    std::vector<Node> owned(exchange.n_owned(), Node{{nan, nan, nan, nan}});
-    const std::vector<Int3> positions = exchange.active_positions();
-    for (std::size_t a = 0; a < positions.size(); ++a)
-      for (int c = 0; c < 4; ++c)
-        owned[exchange.active_nodes()[a]].c[c] = 4 * setting.dense(positions[a][0], positions[a][1], positions[a][2]) + c;
-    std::vector<Node> global(grid.n_owned(), Node{{-1.0, -2.0, -3.0, -4.0}});
-    exchange.store(comm, owned.data(), grid, global.data());
+    const PoolLayout& layout = setting.layouts[comm.rank()];
+    Exchange exchange(comm, setting.geometry, setting.partition.map, layout);
+    std::vector<double> pool(layout.n_nodes(), nan);
+    for (const NodeRow& row : layout.rows())
+      for (int n = 0; n < row.count; ++n)
+        if (setting.dense(row.i, row.j, row.k + n) >= 0) pool[row.offset + n] = contribution(comm.rank(), row, n, 2);
+    std::vector<double> owned(exchange.n_owned(), nan);
+    exchange.add(pool.data(), owned.data());
     const Setting::Truth truth = setting.truth();
+    const std::vector<Int3> positions = exchange.active_positions();
     int n_wrong = 0;
-    for (LocalIndex n = 0; n < grid.n_owned(); ++n) {
-      const Int3 node = grid.node(n);
-      const int at = setting.dense(node[0], node[1], node[2]);
-      for (int c = 0; c < 4; ++c) n_wrong += global[n].c[c] != (truth.n_copies[at] > 0 ? 4 * at + c : -1 - c);
+    for (std::size_t a = 0; a < positions.size(); ++a) {
+      const int at = setting.dense(positions[a][0], positions[a][1], positions[a][2]);
+      n_wrong += owned[exchange.active_nodes()[a]] != truth.sums[at].c[2];
     }
+    std::fill(pool.begin(), pool.end(), nan);
+    exchange.get(owned.data(), pool.data());
+    for (const NodeRow& row : layout.rows())
+      for (int n = 0; n < row.count; ++n) {
+        const int at = setting.dense(row.i, row.j, row.k + n);
+        n_wrong += pool[row.offset + n] != (at < 0 ? 0.0 : truth.sums[at].c[2]);
+      }
     EXPECT_EQ(n_wrong, 0);
+
+    std::fill(pool.begin(), pool.end(), -0.0);
+    exchange.add(pool.data(), owned.data());
+    for (const LocalIndex n : exchange.active_nodes()) EXPECT_TRUE(owned[n] == 0.0 && !std::signbit(owned[n]));
   });
 }
 

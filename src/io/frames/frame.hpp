@@ -24,12 +24,12 @@ namespace bulkley {
 inline constexpr const char* frame_format = "bulkley frame";
 inline constexpr GlobalIndex frame_version = 1;
 
-/// The owned nodes of the grid after the grid update, in Grid's order (z fastest). Nodes of no mass count as empty, whatever
-/// velocity they hold.
+/// A rank's box of the grid's nodes after the grid update, z fastest; it may be empty. Nodes of no mass count as empty,
+/// whatever velocity they hold.
 struct GridNodes {
   GridGeometry geometry;
-  Int3 first{0, 0, 0};          ///< first owned node along each axis
-  Int3 count{0, 0, 0};          ///< owned nodes along each axis
+  Int3 first{0, 0, 0};          ///< first node along each axis
+  Int3 count{0, 0, 0};          ///< nodes along each axis
   std::span<const Node> nodes;  ///< {velocity, mass}; product of `count`
 };
 
@@ -52,7 +52,8 @@ struct FrameInfo {
 std::string frame_path(const std::string& folder, GlobalIndex index);
 
 /// Writes one frame and its sidecar (none for a frame without particles) as array_file.hpp describes. `info.n_particles` is
-/// set from `particles`. `nodes`, `tiles`, `colliders`: null for none. Throws RunError; UsageError for an unknown field name. Collective.
+/// set from `particles`. `nodes`, `tiles`, `colliders`: null for none. Throws RunError; UsageError for an unknown field
+/// name. Collective.
 void write_frame(const Comm& comm, const std::string& folder, const FrameInfo& info, const ParticleSet& particles,
                  std::span<const NamedMaterial> materials, const OutputSettings& settings, const GridNodes* nodes,
                  const TileValues* tiles, const ColliderSurfaces* colliders = nullptr);
