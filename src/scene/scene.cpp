@@ -93,7 +93,7 @@ void check_counts(const Value& root, const Scene& scene, Faults& faults) {
 /// What several tables have to agree on, and the members that follow from several tables.
 void join_tables(const Value& root, Scene& scene, Faults& faults) {
   scene.grid.order = scene.transfer.order;
-  for (std::size_t axis = 0; axis < 3; ++axis) scene.grid.periodic[axis] = scene.faces[2 * axis].kind == FaceKind::periodic;
+  for (std::size_t axis = 0; axis < 3; ++axis) scene.grid.periodic[axis] = is_periodic(scene.faces, axis);
   check_periodic_cells(*root.find("domain"), scene.grid, faults);
   if (scene.bodies.empty()) faults.add(root.find("bodies")->place, "'bodies' is empty; a scene needs at least one body");
   require_different_names(root, "bodies", faults);

@@ -20,12 +20,13 @@ struct Carreau {
 
   static constexpr const char* law_name = "carreau";
   static constexpr bool flows = true;
-  /// One number of its own. Behind add_law any name will do: the numbers become `added_law_variables`, in their order.
-  static constexpr std::array internal{bulkley::Internal::hardening};
+  /// One number of its own: the shear that a particle has undergone, the first of the field `added_law_variables`.
+  static constexpr int n_variables = 1;
   std::array<double, 1> initial_internal() const { return {0.0}; }
 
   double density() const { return parameters.density; }
   double viscosity() const { return parameters.zero_shear_viscosity; }  // the largest: it bounds the time step
+  bulkley::CharacteristicStress characteristic_stress(double rate) const { return {viscosity_at(rate) * rate, 0.0}; }
 
   template <class Real>
   using State = bulkley::State<Real, 1>;

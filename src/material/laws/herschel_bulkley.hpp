@@ -60,10 +60,12 @@ struct HerschelBulkley {
 
   static constexpr const char* law_name = "herschel_bulkley";
   static constexpr bool flows = true;
-  static constexpr std::array<Internal, 0> internal{};
+  static constexpr std::array<Field, 0> internal{};
 
   double density() const { return parameters.density; }
   double viscosity() const { return parameters.background_viscosity; }
+  CharacteristicStress characteristic_stress(double rate) const { return characteristic_stress(parameters, rate); }
+  static CharacteristicStress characteristic_stress(const Parameters& parameters, double rate);
 
   /// The elastic part.
   NeoHookean elastic() const { return {{parameters.density, parameters.bulk_modulus, parameters.shear_modulus}}; }
@@ -99,9 +101,6 @@ struct HerschelBulkley {
     return result;
   }
 };
-
-/// What is wrong with the parameters, as one sentence; empty when nothing is. Not collective.
-std::optional<std::string> parameter_fault(const HerschelBulkley::Parameters& parameters);
 
 /// The constants that a shear rheometer reports: tau = yield_stress + consistency * shear_rate^flow_index.
 struct ShearRheometerConstants {
