@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "bulkley/base/error.hpp"
-#include "bulkley/config/keys.hpp"
+#include "bulkley/material/plain_keys.hpp"
 #include "config/nearest.hpp"
 #include "material/law_text.hpp"
 #include "material/preset.hpp"
@@ -90,6 +92,12 @@ Value write_material(const Material& material) {
 }
 
 }  // namespace
+
+void report_numbers_not_given(const config::Value& table, const config::Value& written, config::Faults& faults) {
+  for (const config::Value& entry : written.items)
+    if (entry.kind == config::Kind::number && std::isnan(entry.number))
+      config::report_missing_key(table, entry.key, false, faults);
+}
 
 const std::vector<std::shared_ptr<const AddedLawModel>>& added_laws() { return registry(); }
 

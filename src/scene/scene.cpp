@@ -158,9 +158,12 @@ Scene parse_scene(const std::string& text, const std::string& file_name, const s
   scene_keys().read(root, scene, faults);
   faults.throw_if_any();
   resolve_mesh_files(file_name, scene);
-  scene.effective_text =
-      "# The effective input of a run: every key, defaults included.\n" + config::print_toml(scene_keys().write(scene));
+  scene.effective_text = effective_text(scene);
   return scene;
+}
+
+std::string effective_text(const Scene& scene) {
+  return "# The effective input of a run: every key, defaults included.\n" + config::print_toml(scene_keys().write(scene));
 }
 
 std::string input_reference() {

@@ -42,6 +42,9 @@ struct Scene {
 /// Not collective: every rank parses the same text.
 Scene parse_scene(const std::string& text, const std::string& file_name, const std::vector<std::string>& overrides);
 
+/// The effective input of a scene as TOML: every key, defaults included. Not collective.
+std::string effective_text(const Scene& scene);
+
 /// How the lattice points of bodies in a grid are visited: by one rank alone or by several, each in a share of the tiles.
 struct BodySurvey {
   std::function<GlobalIndex(const GridGeometry& grid, const std::vector<Body>& bodies)> count;  ///< of their particles

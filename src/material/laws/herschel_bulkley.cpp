@@ -16,6 +16,12 @@ void set_flow(HerschelBulkley::Parameters& p, const ShearRheometerConstants& con
   p.h = constants.flow_index;
 }
 
+bool is_as_given(const HerschelBulkley::Parameters& p) {
+  HerschelBulkley::Parameters again = p;
+  set_flow(again, p.given);
+  return again.sigma_Y == p.sigma_Y && again.eta == p.eta && again.h == p.h;
+}
+
 CharacteristicStress HerschelBulkley::characteristic_stress(const Parameters& parameters, double rate) {
   const ShearRheometerConstants c = shear_rheometer_constants(parameters);
   return {c.yield_stress + c.consistency * std::pow(rate, c.flow_index) + parameters.background_viscosity * rate,
@@ -46,7 +52,7 @@ struct LawKeys<HerschelBulkley> {
   static Input input(const HerschelBulkley& law) { return flow_input(law.parameters); }
   static config::Value write(const HerschelBulkley& law) {
     config::Value value = table().write(input(law));
-    value.comment = rheometer_comment(law.parameters);
+    value.comment = flow_comment(law.parameters);
     return value;
   }
 };

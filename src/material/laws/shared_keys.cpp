@@ -19,12 +19,6 @@ void assign(const std::optional<double>& from, double& to) {
 
 }  // namespace
 
-void report_numbers_not_given(const config::Value& table, const config::Value& written, config::Faults& faults) {
-  for (const config::Value& entry : written.items)
-    if (entry.kind == config::Kind::number && std::isnan(entry.number))
-      config::report_missing_key(table, entry.key, false, faults);
-}
-
 bool fill_stiffness(const config::Value& table, const Stiffness& input, NeoHookean::Parameters& p, config::Faults& faults) {
   const std::vector<std::string> moduli{"bulk_modulus", "shear_modulus"}, engineering{"youngs_modulus", "poisson_ratio"};
   if (config::refuse_mixture(table, moduli, "one pair", engineering, "the other pair", faults)) return false;
@@ -62,7 +56,9 @@ void fill_flow(const config::Value& table, const HerschelBulkleyInput& input, He
     assign(input.consistency, flow.consistency);
     assign(input.flow_index, flow.flow_index);
     set_flow(p, flow);
+    p.given = flow;
   } else {
+    p.given = {};
     assign(input.sigma_Y, p.sigma_Y);
     assign(input.eta, p.eta);
     assign(input.h, p.h);
@@ -95,14 +91,22 @@ HerschelBulkleyInput flow_input(const HerschelBulkley::Parameters& p) {
   input.density = p.density;
   input.bulk_modulus = p.bulk_modulus;
   input.shear_modulus = p.shear_modulus;
-  input.sigma_Y = p.sigma_Y;
-  input.eta = p.eta;
-  input.h = p.h;
+  if (is_as_given(p)) {
+    input.yield_stress = p.given.yield_stress;
+    input.consistency = p.given.consistency;
+    input.flow_index = p.given.flow_index;
+  } else {
+    input.sigma_Y = p.sigma_Y;
+    input.eta = p.eta;
+    input.h = p.h;
+  }
   input.background_viscosity = p.background_viscosity;
   return input;
 }
 
-std::string rheometer_comment(const HerschelBulkley::Parameters& p) {
+std::string flow_comment(const HerschelBulkley::Parameters& p) {
+  if (is_as_given(p))
+    return fmt::format("in Yue's convention: sigma_Y = {:.6g} Pa, eta = {:.6g} Pa s^h, h = {:.6g}", p.sigma_Y, p.eta, p.h);
   const ShearRheometerConstants flow = shear_rheometer_constants(p);
   return fmt::format(
       "in the shear rheometer's convention: yield_stress = {:.6g} Pa, consistency = {:.6g} Pa s^n, "

@@ -82,15 +82,15 @@ struct HerschelBulkleyInput {
   std::optional<double> background_viscosity;
 };
 
-/// What gives the parameters again, in Yue's convention. Not collective.
+/// What gives the parameters again, bit for bit: in the convention of the scene they are from, else in Yue's. Not collective.
 HerschelBulkleyInput flow_input(const HerschelBulkley::Parameters& parameters);
 
 /// Puts the input into parameters that hold a preset's values or NaN. Faults on what is missing or contradictory. Not collective.
 void fill_flow(const config::Value& table, const HerschelBulkleyInput& input, HerschelBulkley::Parameters& parameters,
                config::Faults& faults);
 
-/// The flow in the shear rheometer's convention, as a comment. Not collective.
-std::string rheometer_comment(const HerschelBulkley::Parameters& parameters);
+/// The flow in the convention that flow_input does not use, as a comment. Not collective.
+std::string flow_comment(const HerschelBulkley::Parameters& parameters);
 
 /// Adds the keys of HerschelBulkleyInput to those of an input that is derived from it. Not collective.
 template <class Input>

@@ -71,7 +71,7 @@ struct LawKeys<ThixotropicHerschelBulkley> {
   static Input input(const ThixotropicHerschelBulkley& law) { return {flow_input(law.parameters), law.parameters}; }
   static config::Value write(const ThixotropicHerschelBulkley& law) {
     config::Value value = table().write(input(law));
-    value.comment = rheometer_comment(law.parameters);
+    value.comment = flow_comment(law.parameters);
     return value;
   }
 };
