@@ -86,8 +86,8 @@ struct InternalColumns {
 
   explicit InternalColumns([[maybe_unused]] ParticleSet& particles) {
     [[maybe_unused]] int k = 0;
-    for (const Internal variable : Law::internal)
-      for (int c = 0; c < n_components(variable); ++c) column[k++] = particles.real(field_of(variable), c);
+    for (const Field variable : Law::internal)
+      for (int c = 0; c < info(variable).n_components; ++c) column[k++] = particles.real(variable, c);
   }
 };
 
@@ -191,24 +191,6 @@ template <class Law>
 
 }  // namespace
 
-static_assert(info(Field::added_law_variables).n_components == n_added_law_variables);
-
-Field field_of(Internal variable) {
-  switch (variable) {
-    case Internal::structure:
-      return Field::structure;
-    case Internal::hardening:
-      return Field::hardening;
-    case Internal::plastic_volume_ratio:
-      return Field::plastic_volume_ratio;
-    case Internal::added_law_variables:
-      return Field::added_law_variables;
-    case Internal::viscous_left_cauchy_green:
-      break;
-  }
-  return Field::viscous_left_cauchy_green;
-}
-
 void set_internal_variables(const Material& material, std::uint8_t material_index, ParticleSet& particles) {
   std::visit(
       [&]<class Law>(const Law& law) {
@@ -226,7 +208,7 @@ void set_internal_variables(const Material& material, std::uint8_t material_inde
 OptionalFields internal_fields(std::span<const NamedMaterial> materials) {
   OptionalFields fields;
   for (const NamedMaterial& named : materials)
-    for (const Internal variable : internal_variables(named.material)) fields.insert(field_of(variable));
+    for (const Field variable : internal_variables(named.material)) fields.insert(variable);
   return fields;
 }
 

@@ -256,7 +256,8 @@ Mat3 StartMotion::gradient(const Vec3& position) {
   return field_ ? Mat3(spin + field_->gradient(position, 0.0, step_)) : spin;
 }
 
-std::optional<UndefinedMotion> find_undefined_motion(const GridGeometry& grid, const std::vector<Body>& bodies) {
+std::optional<UndefinedMotion> find_undefined_motion(const GridGeometry& grid, const std::vector<Body>& bodies,
+                                                     TileIndex first, TileIndex last) {
   std::optional<UndefinedMotion> found;
   std::vector<StartMotion> motions;
   bool any_field = false;
@@ -265,7 +266,7 @@ std::optional<UndefinedMotion> find_undefined_motion(const GridGeometry& grid, c
     any_field = any_field || body.velocity_field.given();
   }
   if (!any_field) return found;
-  for_each_tile_near(grid, bodies, 0, grid.n_tiles(), [&](TileIndex tile) {
+  for_each_tile_near(grid, bodies, first, last, [&](TileIndex tile) {
     if (found) return;
     visit_tile(grid, bodies, tile, [&](std::size_t b, const Vec3& position, GlobalIndex) {
       if (found || !bodies[b].velocity_field.given()) return;

@@ -7,7 +7,6 @@
 #include <limits>
 #include <numeric>
 #include <set>
-#include <type_traits>
 
 #include "balance/traffic.hpp"
 #include "io/checkpoint/checkpoint.hpp"
@@ -21,29 +20,6 @@ namespace bulkley {
 namespace {
 
 constexpr double undefined = std::numeric_limits<double>::quiet_NaN();
-
-// Stress at shear rate U / L and what is yield stress of it; only fluids have either.
-struct FlowStress {
-  double total = undefined, yield = undefined;
-};
-FlowStress flow_stress(const Material& material, double rate) {
-  return std::visit(
-      [rate]<class Law>(const Law& law) -> FlowStress {
-        const auto& p = law.parameters;
-        if constexpr (std::is_same_v<Law, Newtonian>) {
-          return {p.viscosity * rate, 0.0};
-        } else if constexpr (std::is_same_v<Law, OldroydB>) {
-          return {(p.solvent_viscosity + p.shear_modulus * p.relaxation_time) * rate, 0.0};
-        } else if constexpr (std::is_base_of_v<HerschelBulkley::Parameters, typename Law::Parameters>) {
-          const ShearRheometerConstants c = shear_rheometer_constants(p);  // of the full structure, if it has one
-          return {c.yield_stress + c.consistency * std::pow(rate, c.flow_index) + p.background_viscosity * rate,
-                  c.yield_stress};
-        } else {
-          return {};
-        }
-      },
-      material);
-}
 
 // Of a lattice of points over the bounds: exact for a rigid motion, whose fastest point is a corner, and near for a field.
 double fastest_start(const GridGeometry& grid, const Body& body, const Bounds& box) {
@@ -76,7 +52,8 @@ BodyForecast body_forecast(const Comm& comm, const Scene& scene, const Body& bod
   f.at_rest = f.speed == 0.0;
   const double u = f.at_rest ? std::sqrt(scene.gravity.norm() * f.size) : f.speed;
   const Material& material = scene.materials[body.material_index].material;
-  const FlowStress stress = flow_stress(material, u / f.size);
+  const CharacteristicStress stress =
+      characteristic_stress(material, u / f.size).value_or(CharacteristicStress{undefined, undefined});
   f.wave_speed = wave_speed_at_rest(material);
   f.reynolds = body.density * u * u / stress.total;
   f.bingham = stress.yield / (stress.total - stress.yield);

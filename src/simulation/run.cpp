@@ -39,7 +39,7 @@ Run::Run(const Comm& run_comm, const Scene& run_scene, const RunOptions& run_opt
 Run::~Run() = default;
 
 GlobalIndex Run::start() {
-  check_bodies(scene, shared_counter(comm));
+  check_bodies(scene, shared_survey(comm));
   state.cost = assumed_cost(scene);
   solver = start_solver(comm, scene);
   state.bounds = solver->bounds();

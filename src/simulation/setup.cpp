@@ -1,6 +1,7 @@
 #include "simulation/setup.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -41,10 +42,35 @@ TileCensus count_share(const Comm& comm, const GridGeometry& grid, const std::ve
 
 }  // namespace
 
-ParticleCounter shared_counter(const Comm& comm) {
-  return [&comm](const GridGeometry& grid, const std::vector<Body>& bodies) {
-    return sum_global(comm, count_share(comm, grid, bodies).n_particles());
-  };
+namespace {
+
+// The first of the ranks' finds in the order of tiles, on every rank: their shares of the tiles are in the order of ranks.
+std::optional<UndefinedMotion> first_undefined_motion(const Comm& comm, const GridGeometry& grid,
+                                                      const std::vector<Body>& bodies) {
+  const EvenShare tiles = even_share(comm, grid.n_tiles());
+  std::optional<UndefinedMotion> found;
+  collective_guard(comm, [&] {
+    found = find_undefined_motion(grid, bodies, static_cast<TileIndex>(tiles.first), static_cast<TileIndex>(tiles.end));
+  });
+  const GlobalIndex finder = min_global(comm, GlobalIndex{found ? comm.rank() : comm.size()});
+  if (finder == comm.size()) return std::nullopt;
+  const bool mine = finder == comm.rank();
+  UndefinedMotion first{};
+  first.body = static_cast<std::size_t>(max_global(comm, GlobalIndex{mine ? static_cast<GlobalIndex>(found->body) : 0}));
+  for (int a = 0; a < 3; ++a)
+    first.position[a] = max_global(comm, mine ? found->position[a] : -std::numeric_limits<double>::infinity());
+  return first;
+}
+
+}  // namespace
+
+BodySurvey shared_survey(const Comm& comm) {
+  return {[&comm](const GridGeometry& grid, const std::vector<Body>& bodies) {
+            return sum_global(comm, count_share(comm, grid, bodies).n_particles());
+          },
+          [&comm](const GridGeometry& grid, const std::vector<Body>& bodies) {
+            return first_undefined_motion(comm, grid, bodies);
+          }};
 }
 
 std::vector<std::string> material_names(const Scene& scene) {

@@ -16,9 +16,8 @@ Physics physics_of(const Scene& scene);
 /// The fields that the scene's particles have beside those that all have. Not collective.
 OptionalFields optional_fields(const Scene& scene);
 
-/// A counter to which each rank contributes the particles of a share of the tiles; its calls are collective. `comm` must
-/// outlive it.
-ParticleCounter shared_counter(const Comm& comm);
+/// A survey in which each rank visits a share of the tiles; its calls are collective. `comm` must outlive it.
+BodySurvey shared_survey(const Comm& comm);
 
 /// Names of the scene's materials, in its order. Not collective.
 std::vector<std::string> material_names(const Scene& scene);

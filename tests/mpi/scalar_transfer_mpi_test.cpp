@@ -115,7 +115,7 @@ TEST(ScalarTransfer, HasTheSameBitsOnAnyNumberOfRanksUnderAnyMap) {
     for (const std::array<bool, 3>& periodic : {std::array{false, false, false}, {true, true, true}, {false, true, false}}) {
       const Scene scene = scene_of(order, periodic);
       const auto n_tiles = static_cast<std::size_t>(scene.grid.n_tiles());
-      const Result alone = transfer(self, scene, std::vector<std::int32_t>(n_tiles, 0));
+      const Result alone = transfer(self, scene, TileMap(1, std::vector<std::int32_t>(n_tiles, 0)));
       EXPECT_EQ(alone.at_particles.size(), static_cast<std::size_t>(n_particles));
       // What nodes hold is what particles gave.
       double sum = 0.0, given = 0.0, size = 0.0;

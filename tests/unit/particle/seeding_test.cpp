@@ -377,5 +377,23 @@ TEST(Seeding, VelocityFieldAddsToVelocityAndSpin) {
   }
 }
 
+TEST(Seeding, TheFirstUndefinedMotionIsFoundByTheShareThatHoldsIt) {
+  const GridGeometry grid = unit_grid(20);
+  Body body = body_of({Box{grid.lower, grid.upper()}});
+  EXPECT_FALSE(find_undefined_motion(grid, {body}, 0, grid.n_tiles()));
+  body.velocity_field.text = {"ln(0.2 - x)", "0", "0"};
+  const auto whole = find_undefined_motion(grid, {body}, 0, grid.n_tiles());
+  ASSERT_TRUE(whole);
+  EXPECT_GT(whole->position[0], 0.2 - grid.cell_size);
+  int n_finders = 0;
+  for (TileIndex first = 0; first < grid.n_tiles(); first += 7) {
+    const auto part = find_undefined_motion(grid, {body}, first, std::min<TileIndex>(first + 7, grid.n_tiles()));
+    if (part && n_finders++ == 0) {
+      EXPECT_EQ(part->position, whole->position);
+    }
+  }
+  EXPECT_GT(n_finders, 1);
+}
+
 }  // namespace
 }  // namespace bulkley

@@ -1,10 +1,11 @@
-#include "material/laws/herschel_bulkley_keys.hpp"
+#include "material/laws/shared_keys.hpp"
 
 #include <fmt/format.h>
 
 #include <cmath>
 
 #include "config/groups.hpp"
+#include "material/laws/neo_hookean.hpp"
 
 namespace bulkley {
 namespace {
@@ -18,23 +19,32 @@ void assign(const std::optional<double>& from, double& to) {
 
 }  // namespace
 
-const config::Keys<HerschelBulkleyInput>& LawKeys<HerschelBulkley>::table() {
-  static const auto keys = [] {
-    config::Keys<Input> k(
-        "A fluid that flows above a yield stress and is elastic below it. The flow is given by `yield_stress`, "
-        "`consistency` "
-        "and `flow_index` as a shear rheometer reports them, or by `sigma_Y`, `eta` and `h` of Yue et al. (2015); never "
-        "mixed: sigma_Y = sqrt(3) yield_stress, eta = 2^((1 + n)/2) consistency.");
-    add_flow_keys(k);
-    return k;
-  }();
-  return keys;
+bool fill_stiffness(const config::Value& table, const Stiffness& input, NeoHookean::Parameters& p, config::Faults& faults) {
+  const std::vector<std::string> moduli{"bulk_modulus", "shear_modulus"}, engineering{"youngs_modulus", "poisson_ratio"};
+  if (config::refuse_mixture(table, moduli, "one pair", engineering, "the other pair", faults)) return false;
+  if (config::first_given(table, engineering)) {
+    for (const std::string& name : engineering)
+      if (!table.find(name)) {
+        config::report_missing_key(table, name, false, faults);
+        return false;
+      }
+    p = from_youngs_modulus(p.density, *input.youngs_modulus, *input.poisson_ratio);
+    return true;
+  }
+  if (std::isnan(p.bulk_modulus) && !config::first_given(table, moduli)) {
+    faults.add(table.place,
+               fmt::format("{} needs 'bulk_modulus' and 'shear_modulus', or 'youngs_modulus' and 'poisson_ratio'",
+                           config::table_name(table.path)));
+    return false;
+  }
+  if (input.bulk_modulus) p.bulk_modulus = *input.bulk_modulus;
+  if (input.shear_modulus) p.shear_modulus = *input.shear_modulus;
+  return true;
 }
 
-void LawKeys<HerschelBulkley>::fill(const config::Value& table, const Input& input, HerschelBulkley& law,
-                                    config::Faults& faults) {
+void fill_flow(const config::Value& table, const HerschelBulkleyInput& input, HerschelBulkley::Parameters& p,
+               config::Faults& faults) {
   if (config::refuse_mixture(table, yue_names, "Yue's convention", rheometer_names, "the shear rheometer's", faults)) return;
-  HerschelBulkley::Parameters p = law.parameters;
   assign(input.density, p.density);
   assign(input.bulk_modulus, p.bulk_modulus);
   assign(input.shear_modulus, p.shear_modulus);
@@ -46,12 +56,13 @@ void LawKeys<HerschelBulkley>::fill(const config::Value& table, const Input& inp
     assign(input.consistency, flow.consistency);
     assign(input.flow_index, flow.flow_index);
     set_flow(p, flow);
+    p.given = flow;
   } else {
+    p.given = {};
     assign(input.sigma_Y, p.sigma_Y);
     assign(input.eta, p.eta);
     assign(input.h, p.h);
   }
-  law = HerschelBulkley{p};
 
   const auto require = [&](const std::string& name, double value) {
     if (std::isnan(value)) config::report_missing_key(table, name, false, faults);
@@ -80,25 +91,27 @@ HerschelBulkleyInput flow_input(const HerschelBulkley::Parameters& p) {
   input.density = p.density;
   input.bulk_modulus = p.bulk_modulus;
   input.shear_modulus = p.shear_modulus;
-  input.sigma_Y = p.sigma_Y;
-  input.eta = p.eta;
-  input.h = p.h;
+  if (is_as_given(p)) {
+    input.yield_stress = p.given.yield_stress;
+    input.consistency = p.given.consistency;
+    input.flow_index = p.given.flow_index;
+  } else {
+    input.sigma_Y = p.sigma_Y;
+    input.eta = p.eta;
+    input.h = p.h;
+  }
   input.background_viscosity = p.background_viscosity;
   return input;
 }
 
-std::string rheometer_comment(const HerschelBulkley::Parameters& p) {
+std::string flow_comment(const HerschelBulkley::Parameters& p) {
+  if (is_as_given(p))
+    return fmt::format("in Yue's convention: sigma_Y = {:.6g} Pa, eta = {:.6g} Pa s^h, h = {:.6g}", p.sigma_Y, p.eta, p.h);
   const ShearRheometerConstants flow = shear_rheometer_constants(p);
   return fmt::format(
       "in the shear rheometer's convention: yield_stress = {:.6g} Pa, consistency = {:.6g} Pa s^n, "
       "flow_index = {:.6g}",
       flow.yield_stress, flow.consistency, flow.flow_index);
-}
-
-config::Value LawKeys<HerschelBulkley>::write(const HerschelBulkley& law) {
-  config::Value value = table().write(flow_input(law.parameters));
-  value.comment = rheometer_comment(law.parameters);
-  return value;
 }
 
 }  // namespace bulkley
