@@ -264,6 +264,12 @@ class Frame(ParticleFile):
         """Number of the frame."""
         return int(self.attributes["index"])
 
+    @property
+    def colliders(self) -> list[str]:
+        """Names of the colliders whose surfaces the frame has, in the order of their numbers."""
+        names = self._read(lambda file: text_of(file["colliders"].attrs.get("names", "")) if "colliders" in file else "")
+        return names.split("\n") if names else []
+
     def grid(self) -> Grid:
         """The nodes. Raises DataError where the frame has none (output.grid)."""
         def read(file):

@@ -24,16 +24,37 @@ LEFT, RIGHT, TOP, BOTTOM = 52.0, 20.0, 18.0, 34.0
 FONT_SIZE = 11.5
 LOG_AXIS_FROM = 30.0  # largest over smallest value
 N_COLORS = 9
+SUPERSCRIPTS = str.maketrans("-0123456789", "\u207b\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079")
 # In place of the page's variables while matplotlib draws.
 SOFT, GRID = "#fe0090", "#fe0091"
 VARIABLES = {**{f"#fe000{k}": f"var(--c{k})" for k in range(N_COLORS)}, SOFT: "var(--soft)", GRID: "var(--grid)"}
 STYLE = {"svg.fonttype": "none", "path.simplify": False, "font.size": FONT_SIZE, "text.color": SOFT, "axes.edgecolor": SOFT,
-         "axes.labelcolor": SOFT, "xtick.labelcolor": SOFT, "ytick.labelcolor": SOFT, "axes.formatter.useoffset": False,
-         "axes.formatter.use_mathtext": True, "axes.formatter.limits": (-2, 4), "axes.unicode_minus": True}
+         "axes.labelcolor": SOFT, "xtick.labelcolor": SOFT, "ytick.labelcolor": SOFT, "axes.unicode_minus": True}
 
 
 def color_of(number: int) -> str:
     return f"#fe000{number % N_COLORS}"
+
+
+def power_of_ten(exponent: int) -> str:
+    return "10" + str(exponent).translate(SUPERSCRIPTS)
+
+
+class LinearLabels(ticker.ScalarFormatter):
+    """Numbers as plain text, which follows the page's font; they share a power of ten where they would be long."""
+
+    def __init__(self):
+        super().__init__(useOffset=False, useMathText=False)
+        self.set_powerlimits((-2, 4))
+
+    def get_offset(self) -> str:
+        return f"\u00d7 {power_of_ten(self.orderOfMagnitude)}" if self.orderOfMagnitude else ""
+
+
+def log_label(value: float, _) -> str:
+    exponent = math.floor(math.log10(value) + 1e-9)
+    digit = round(value / 10.0**exponent)
+    return power_of_ten(exponent) if digit == 1 else f"{digit}\u00b7{power_of_ten(exponent)}"
 
 
 def plot_svg(plot: Plot) -> str:
@@ -73,19 +94,26 @@ def set_axes(axes, plot: Plot, x: np.ndarray, y: np.ndarray) -> None:
     log = plot.may_be_log and y.min() > 0.0 and y.max() > LOG_AXIS_FROM * y.min()
     axes.set_xlim(*room_around(x.min(), x.max()))
     axes.xaxis.set_major_locator(ticker.MaxNLocator(5, steps=[1, 2, 5, 10]))
+    axes.xaxis.set_major_formatter(LinearLabels())
     if log:
         axes.set_yscale("log")
         axes.set_ylim(y.min() / 1.12, y.max() * 1.12)
         few = math.log10(y.max() / y.min()) <= 2.5
         axes.yaxis.set_major_locator(ticker.LogLocator(subs=(1.0, 2.0, 5.0) if few else (1.0,), numticks=8))
-        axes.yaxis.set_major_formatter(ticker.LogFormatterSciNotation(minor_thresholds=(math.inf, math.inf)))
+        axes.yaxis.set_major_formatter(log_label)
         axes.yaxis.set_minor_locator(ticker.NullLocator())
     else:
         axes.set_ylim(*linear_limits(y.min(), y.max(), plot.from_zero))
         axes.yaxis.set_major_locator(ticker.MaxNLocator(5, steps=[1, 2, 5, 10]))
-        axes.axhline(0.0, color=SOFT, linewidth=0.7, zorder=1, clip_on=True) if np.prod(np.sign(axes.get_ylim())) < 0 else None
-    axes.set_xlabel("time [s]", loc="right", labelpad=2)
-    axes.tick_params(left=False, bottom=False, pad=5)
+        axes.yaxis.set_major_formatter(LinearLabels())
+        if axes.get_ylim()[0] < 0.0 < axes.get_ylim()[1]:
+            axes.axhline(0.0, color=SOFT, linewidth=0.7, zorder=1, clip_on=False)
+    labels = axes.xaxis.get_major_formatter()
+    labels.set_locs(axes.xaxis.get_majorticklocs())
+    axes.set_xlabel(", ".join(filter(None, ("time [s]", labels.get_offset()))), loc="right", labelpad=2)
+    axes.xaxis.get_offset_text().set_visible(False)
+    axes.yaxis.get_offset_text().set_color(SOFT)
+    axes.tick_params(left=False, bottom=False, pad=4)
     axes.grid(color=GRID, linewidth=1.0, clip_on=False)
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)
@@ -124,8 +152,8 @@ def bars_svg(title: str, bars: list[tuple[str, float, float]], unit: str) -> str
             y = 12.0 + k * row
             axes.text(names - 6, y, escaped_dollars(name), ha="right", va="center")
             if line > 0.0:
-                axes.plot([names, names + scale * line], [y, y], color=SOFT, linewidth=1.5)
-            axes.barh(y, max(scale * value, 0.5), left=names, height=12, color=color_of(0))
+                axes.plot([names, names + scale * line], [y, y], color=SOFT, linewidth=1.5, zorder=0, clip_on=False)
+            axes.barh(y, max(scale * value, 0.5), left=names, height=12, color=color_of(0), clip_on=False)
             axes.text(names + scale * max(value, line) + 5, y, escaped_dollars(f"{value:.3g} {unit}"), va="center")
         return svg_of(figure, title, {})
 
