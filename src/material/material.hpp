@@ -28,9 +28,6 @@ struct NamedMaterial {
   std::string caveat = {};  ///< what a user should know of its numbers; empty as a rule
 };
 
-/// Throws UsageError naming the material and the parameter that is out of range. Not collective.
-void require_valid(const NamedMaterial& named);
-
 /// The internal variables of a material's law. Not collective.
 std::span<const Internal> internal_variables(const Material& material);
 

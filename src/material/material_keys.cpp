@@ -112,8 +112,6 @@ Value write_material(const Material& material) {
 
 }  // namespace
 
-const std::vector<std::shared_ptr<const AddedLawModel>>& added_laws() { return registry(); }
-
 void add_law_model(std::shared_ptr<const AddedLawModel> model) {
   for (const std::string& name : law_names())
     if (name == model->name()) throw UsageError(fmt::format("add_law: a law named '{}' exists already", name));

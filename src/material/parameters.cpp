@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include "bulkley/base/error.hpp"
 #include "material/material.hpp"
 
 namespace bulkley {
@@ -119,11 +118,6 @@ const char* law_name(const Material& material) {
 bool flows(const Material& material) {
   if (const auto* added = std::get_if<AddedLaw>(&material)) return added->parameters.model->flows();
   return std::visit([](const auto& law) { return law.flows; }, material);
-}
-
-void require_valid(const NamedMaterial& named) {
-  const Fault fault = std::visit([](const auto& law) { return parameter_fault(law.parameters); }, named.material);
-  if (fault) throw UsageError(fmt::format("material '{}': {}", named.name, *fault));
 }
 
 NeoHookean::Parameters from_youngs_modulus(double density, double youngs_modulus, double poisson_ratio) {

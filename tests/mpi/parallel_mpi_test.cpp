@@ -155,22 +155,6 @@ TEST_F(Parallel, RootGuardRunsOnTheRootAndTellsEveryone) {
   EXPECT_EQ(usage.kind, Kind::usage);
 }
 
-TEST_F(Parallel, WarningsAreMergedOverRanks) {
-  Warnings warnings;
-  warnings.add("shared");
-  warnings.add("shared");
-  if (comm.rank() == last) warnings.add("alone");
-  testing::internal::CaptureStderr();
-  warnings.print(comm);
-  warnings.print(comm);  // forgotten: prints nothing
-  std::fflush(stderr);
-  const std::string text = testing::internal::GetCapturedStderr();
-  const std::string ranks = comm.size() == 1 ? "1 rank" : std::to_string(comm.size()) + " ranks";
-  const std::string expected =
-      "warning: alone\nwarning: shared (" + std::to_string(2 * comm.size()) + " times on " + ranks + ")\n";
-  EXPECT_EQ(text, comm.is_root() ? expected : "");
-}
-
 TEST_F(Parallel, PhasesAccumulate) {
   PhaseTimes times;
   const auto busy = [](double seconds) {
