@@ -51,7 +51,7 @@ Json summary(const RunView& view) {
                                  span_text(run.stepping), span_text(run.output)));
   if (run.peak_memory > 0.0) add("memory", bytes_text(run.peak_memory) + " at most on a rank");
   add("disk", disk_text(view));
-  add("last sign", span_text(run.age) + " before this page was written");
+  add("last update", span_text(run.age) + " before this page was written");
   return list;
 }
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "bulkley/base/types.hpp"
-#include "parallel/log.hpp"
+#include "parallel/phases.hpp"
 #include "parallel/phases.hpp"
 
 namespace bulkley {

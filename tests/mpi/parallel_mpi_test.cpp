@@ -7,7 +7,6 @@
 #include <stdexcept>
 #include <type_traits>
 
-#include "parallel/log.hpp"
 #include "parallel/phases.hpp"
 
 namespace bulkley {

@@ -6,7 +6,7 @@
     plot-rheometer  draws a table of `bulkley rheometer` (the program calls it for --plot)
     report          writes the page of `bulkley report` (the program calls it)
 
-`TOOL --help` tells the options of each. Exit code 4: a module that the tool imports is not installed.
+`TOOL --help` tells the options of each. Exit code 4: a module that the tool imports is not installed, or Python is too old.
 """
 
 import importlib
@@ -16,9 +16,10 @@ import sys
 TOOLS = ("measure", "scaling-model", "adaptive-gain", "plot-rheometer", "report")
 CALLED_BY_PROGRAM = ("plot-rheometer", "report")  # which says by itself what is missing
 MODULE_MISSING = 4
+OLDEST_PYTHON = (3, 11)
 
 
-def main() -> None:
+def main():
     """Runs the tool that the command line names."""
     name = sys.argv[1] if len(sys.argv) > 1 else "--help"
     if name in ("-h", "--help"):
@@ -28,6 +29,8 @@ def main() -> None:
         sys.exit(f"there is no tool '{name}': give one of {', '.join(TOOLS)}")
     sys.argv[:2] = [f"python3 -m bulkley {name}"]
     try:
+        if sys.version_info < OLDEST_PYTHON:
+            raise ImportError("this needs Python 3.11 or newer")
         tool = importlib.import_module(f"bulkley.{name.replace('-', '_')}")
     except ImportError as missing:
         if name not in CALLED_BY_PROGRAM:

@@ -287,6 +287,11 @@ def check_tools(work):
     expect(said.returncode == 0 and "scaling-model" in said.stdout, "--help of the tools")
     said = tool(PACKAGE / "bulkley", "mesure")
     expect(said.returncode == 1 and "there is no tool 'mesure'" in said.stderr and "measure" in said.stderr, "a tool's name")
+    old = f"import runpy, sys; sys.version_info = (3, 9); sys.argv = ['x', %r]; runpy.run_path('{PACKAGE / 'bulkley'}', " \
+        "run_name='__main__')"
+    for name, words in (("measure", "measure: this needs Python 3.11 or newer\n"), ("report", "")):
+        said = tool("-c", old % name)
+        expect(said.returncode == 4 and said.stderr == words, f"{name} with an old Python: {said}")
     (work / "h5py.py").write_text("raise ImportError('none here')\n")
     question = f"import sys; sys.path[:0] = ['.', '{PACKAGE}']; import bulkley; print(bulkley.open_file('run/frame_000000.h5'))"
     said = tool("-c", question)
