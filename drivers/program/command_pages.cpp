@@ -28,7 +28,8 @@ struct VariableText {
   const char* meaning;
 };
 constexpr VariableText variable_texts[] = {
-    {"BULKLEY_PYTHON", "The interpreter that draws for `rheometer --plot`, with matplotlib; otherwise python3 on the PATH."},
+    {"BULKLEY_PYTHON",
+     "The interpreter that draws for `report` and `rheometer --plot`, with matplotlib; otherwise python3 on the PATH."},
     {"PETSC_OPTIONS", "Options for PETSc, beside those after `--`."},
 };
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cctype>
 #include <chrono>
+#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "config/duration.hpp"
@@ -30,10 +31,10 @@ std::vector<RunView> look_at(const std::vector<std::string>& folders) {
 
 std::string text_of(const std::vector<RunView>& views, bool as_json) {
   if (!as_json) return views.size() == 1 ? status_lines(views.front()) : status_table(views);
-  if (views.size() == 1) return status_json(views.front()).text() + "\n";
-  std::string list;
-  for (const RunView& view : views) list += (list.empty() ? "" : ",\n") + status_json(view).text();
-  return fmt::format("[{}]\n", list);
+  if (views.size() == 1) return json_text(status_json(views.front())) + "\n";
+  Json list = Json::array();
+  for (const RunView& view : views) list.push_back(status_json(view));
+  return json_text(list) + "\n";
 }
 
 bool any_runs(const std::vector<RunView>& views) {

@@ -99,8 +99,6 @@ void report_numbers_not_given(const config::Value& table, const config::Value& w
       config::report_missing_key(table, entry.key, false, faults);
 }
 
-const std::vector<std::shared_ptr<const AddedLawModel>>& added_laws() { return registry(); }
-
 void add_law_model(std::shared_ptr<const AddedLawModel> model) {
   for (const std::string& name : law_names())
     if (name == model->name()) throw UsageError(fmt::format("add_law: a law named '{}' exists already", name));

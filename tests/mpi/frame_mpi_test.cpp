@@ -324,13 +324,11 @@ TEST_F(Frame, SeriesOfTilesFollowsTheRun) {
 TEST_F(Frame, SeriesFollowsTheRun) {
   {
     FrameSeries series(comm, folder.path(), -1);
-    EXPECT_EQ(series.next_index(), 0);
     EXPECT_FALSE(folder.has("frames.xdmf"));
     for (const GlobalIndex index : {0, 1, 2, 3}) {
       write(index, 100 * index, 0.1 * static_cast<double>(index), index == 2 ? 0 : 50);  // frame 2 is empty
       series.add(comm, index);
     }
-    EXPECT_EQ(series.next_index(), 4);
   }
   std::string text = text_of("frames.xdmf");
   EXPECT_EQ(count(text, "<Time "), 3) << text;
@@ -343,7 +341,6 @@ TEST_F(Frame, SeriesFollowsTheRun) {
 
   // Restarted from step 150: frames of steps 200 and 300 are to be made again.
   FrameSeries again(comm, folder.path(), 150);
-  EXPECT_EQ(again.next_index(), 2);
   EXPECT_EQ(count(text_of("frames.xdmf"), "<Time "), 2);
   EXPECT_FALSE(folder.has("frame_000003.h5"));
   EXPECT_FALSE(folder.has("frame_000003.xdmf"));

@@ -102,9 +102,6 @@ class AddedLawModelOf final : public AddedLawModel {
   Law law_;
 };
 
-/// The laws that were added, in that order. Not collective.
-const std::vector<std::shared_ptr<const AddedLawModel>>& added_laws();
-
 /// Lets scenes name a law; see add_law. Not collective.
 void add_law_model(std::shared_ptr<const AddedLawModel> model);
 

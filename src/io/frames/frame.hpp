@@ -83,8 +83,6 @@ class FrameSeries {
   /// Adds a frame that write_frame has written; one without particles is left out. Collective.
   void add(const Comm& comm, GlobalIndex index);
 
-  /// Index of the next frame: one more than the largest so far. The same on every rank.
-  GlobalIndex next_index() const { return next_index_; }
   /// Sentences about frames that could not be read and are left out; on the root.
   const std::vector<std::string>& warnings() const { return warnings_; }
 
@@ -97,7 +95,6 @@ class FrameSeries {
   std::vector<XdmfGrid> grids_;
   std::vector<XdmfGrid> tiles_;
   std::vector<XdmfSurface> colliders_;
-  GlobalIndex next_index_ = 0;
   std::vector<std::string> warnings_;
 };
 

@@ -196,7 +196,6 @@ TEST(AddedLaw, NamesAreTakenOnce) {
   add_laws_once();
   EXPECT_THROW(add_law<SecondHencky>(), UsageError);
   EXPECT_THROW(add_law<CopiedSand>(), UsageError);
-  EXPECT_EQ(added_laws().size(), 1u);
 }
 
 }  // namespace

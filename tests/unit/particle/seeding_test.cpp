@@ -95,7 +95,7 @@ TEST(Seeding, RoundBodiesHaveTheirVolume) {
     for (const auto lattice : {SeedingLattice::regular, SeedingLattice::jittered}) {
       Body body = body_of(shape);
       body.lattice = lattice;
-      EXPECT_NEAR(total_volume(seeded(unit_grid(40), {body})), volume, 2e-3 * volume) << shape_name(shape);
+      EXPECT_NEAR(total_volume(seeded(unit_grid(40), {body})), volume, 2e-3 * volume) << shape.kind.index();
     }
 }
 

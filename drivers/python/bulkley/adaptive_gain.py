@@ -1,7 +1,6 @@
-#!/usr/bin/env python3
 """What the adaptive time step gains: every figure with fixed and with adaptive steps, as tables in Markdown.
 
-    drivers/adaptive_gain.sh [--figures 1,8-pie] [--size small|default] [--ranks 2] [--out DIR]
+    python3 -m bulkley adaptive-gain [--figures 1,8-pie] [--size small|default] [--ranks 2] [--out DIR]
 
 Each figure runs with: the report's fixed step (1e-4 s at cells of 25 mm, scaled with the cell); the fixed step that keeps
 within our limits throughout; the largest fixed step that is stable, found by bisection; the adaptive step with the
@@ -21,10 +20,13 @@ import tomllib
 
 import numpy as np
 
-from run_data import Run, cell_keys, cells_of, markdown, pieces
+from bulkley.markdown import markdown
+from bulkley.pieces import cell_keys, cells_of, pieces
+from bulkley.run import EndedRun
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
-SCENES = ROOT / "drivers" / "scenes"
+SHARED = pathlib.Path(__file__).resolve().parents[2]  # drivers, or share/bulkley where it is installed
+SCENES = SHARED / "scenes"
+BUILT = SHARED.parent / "build" / "bulkley"
 REPORT_STEP, REPORT_CELL = 1e-4, 0.025  # s, m
 REPORT_FACTORS = ["time.elastic_cfl=0.1", "time.cfl=0.5"]
 DEFAULT_ELASTIC_CFL = 0.4  # of the program; safe for every spline
@@ -92,12 +94,12 @@ class Study:
             process = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, errors="replace",
                                      check=False)
             if process.returncode == 2:
-                sys.exit(f"adaptive_gain.py: {process.stdout}{process.stderr}")
+                sys.exit(f"adaptive-gain: {process.stdout}{process.stderr}")
             fault = said(process.stderr) if process.returncode else ""
             folder.mkdir(parents=True, exist_ok=True)  # a step that is refused at once leaves none
             log.write_text(json.dumps({"identity": identity, "fault": fault}), encoding="utf-8")
         fault = json.loads(log.read_text(encoding="utf-8"))["fault"]
-        outcome = Outcome(name, folder, fault or energy_fault(Run(folder)))
+        outcome = Outcome(name, folder, fault or energy_fault(EndedRun(folder)))
         print(f"figure {self.figure}, {name}: {outcome.fault or 'ended'}", file=sys.stderr, flush=True)
         return outcome
 
@@ -185,7 +187,7 @@ def limiter_shares(run):
 
 def body_size(run):
     """Largest extent of the largest piece of the first frame, in m."""
-    position = run.frames()[0].positions
+    position = run.frames[0].positions
     return float(np.ptp(position[pieces(position, run.cell_size) == 0], axis=0).max())
 
 
@@ -202,7 +204,7 @@ def center_difference(run, reference):
 
 def shape_difference(run, reference):
     """Boxes that only one of the last frames occupies, over those that any does, in percent."""
-    position = [one.frames()[-1].positions for one in (run, reference)]
+    position = [one.frames[-1].positions for one in (run, reference)]
     keys, _ = cell_keys(cells_of(np.concatenate(position), SHAPE_CELLS * run.cell_size))
     first, second = (np.unique(part) for part in np.split(keys, [len(position[0])]))
     shared = len(np.intersect1d(first, second))
@@ -235,8 +237,8 @@ def study_figure(figure, options):
         return None
     for outcome in (ours, plain, theirs, reference):
         if outcome.fault:
-            sys.exit(f"adaptive_gain.py: figure {figure}, {outcome.name}: {outcome.fault}")
-    adaptive = Run(ours.folder)
+            sys.exit(f"adaptive-gain: figure {figure}, {outcome.name}: {outcome.fault}")
+    adaptive = EndedRun(ours.folder)
     within, step = careful(study, adaptive)
     start = limits(adaptive)
     factors = adaptive.scene["time"]
@@ -244,8 +246,8 @@ def study_figure(figure, options):
     lucky = largest_stable(study, step, guess) or within
     finer = None
     if options.finer:
-        finer = Run(study.run("finer", [f"domain.cell_size={study.number('domain', 'cell_size') / 2:.6g}"]).folder)
-    rows = [describe(name, Run(outcome.folder), Run(reference.folder), finer)
+        finer = EndedRun(study.run("finer", [f"domain.cell_size={study.number('domain', 'cell_size') / 2:.6g}"]).folder)
+    rows = [describe(name, EndedRun(outcome.folder), EndedRun(reference.folder), finer)
             for name, outcome in (("fixed, the report's", reference), ("fixed, within the limits", within),
                                   ("fixed, largest stable", lucky), ("adaptive, the report's factors", theirs),
                                   ("adaptive, the program's default", plain), ("adaptive, the scene's", ours))]
@@ -263,7 +265,7 @@ def careful(study, adaptive):
         if not outcome.fault:
             return outcome, step
         step *= 0.97
-    sys.exit(f"adaptive_gain.py: figure {study.figure} has no fixed step within its limits near {step:.3g} s")
+    sys.exit(f"adaptive-gain: figure {study.figure} has no fixed step within its limits near {step:.3g} s")
 
 
 # --- tables ---------------------------------------------------------------------------------------------------------------
@@ -313,7 +315,7 @@ def report(studies):
 
 
 def parse_arguments():
-    parser = argparse.ArgumentParser(prog="adaptive_gain.sh", description=__doc__,
+    parser = argparse.ArgumentParser(description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--figures", default=",".join(FIGURES), help=f"of {', '.join(FIGURES)}; default: all")
     parser.add_argument("--size", choices=("small", "default"), default="small",
@@ -321,7 +323,7 @@ def parse_arguments():
     parser.add_argument("--ranks", type=int, default=2)
     parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("out/adaptive_gain"), help="folder of the runs")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="for every run, as of bulkley run")
-    parser.add_argument("--program", default=os.environ.get("BULKLEY", str(ROOT / "build" / "bulkley")))
+    parser.add_argument("--program", default=os.environ.get("BULKLEY", str(BUILT) if BUILT.is_file() else "bulkley"))
     parser.add_argument("--mpiexec", default="mpirun")
     parser.add_argument("--finer", action="store_true",
                         help="run each scene on cells of half the width, too, at 16 times the cost, and compare with that")

@@ -1,8 +1,7 @@
-#!/usr/bin/env python3
 """Predicts how runs scale: what a step and the division of the work cost on ranks that are not at hand.
 
     bulkley partition SCENE -n 64,512,4096 --methods ranges,metis --csv scene.csv
-    scaling_model.py scene.csv [more.csv] [--picture PICTURE.png] [constants of the machine]
+    python3 -m bulkley scaling-model scene.csv [more.csv] [--picture PICTURE.png] [constants of the machine]
 
 The tables come in Markdown. What goes into them, and how far it has been checked: docs/scaling.md.
 """
@@ -13,6 +12,8 @@ import math
 import sys
 
 import numpy as np
+
+from bulkley.markdown import markdown
 
 TILE_NODES = 64
 BEYOND_INT = 2**31
@@ -245,11 +246,7 @@ def count_text(value):
 
 
 def table(head, rows):
-    print("| " + " | ".join(head) + " |")
-    print("|" + "---|" * len(head))
-    for row in rows:
-        print("| " + " | ".join(row) + " |")
-    print()
+    print(markdown(head, rows) + "\n")
 
 
 def print_fit(laws, rows, fit_ranks):

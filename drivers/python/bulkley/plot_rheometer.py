@@ -1,22 +1,22 @@
-#!/usr/bin/env python3
-"""Draws a table of `bulkley rheometer`.
+"""Draws a table of `bulkley rheometer`, which calls this for --plot.
 
-    plot_rheometer.py --kind MODE --title TEXT TABLE.csv PICTURE.png
+    python3 -m bulkley plot-rheometer --kind MODE --title TEXT TABLE.csv PICTURE.png
 
-MODE is a mode of the rheometer, or "fit". Exit code 4: there is no matplotlib.
+MODE is a mode of the rheometer, or "fit". "-" instead of a file is standard input or output.
 """
 
 import argparse
 import csv
+import io
+import logging
 import sys
 
-try:
-    import matplotlib
+import matplotlib
 
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-except ImportError:
-    sys.exit(4)
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402
+
+logging.getLogger("matplotlib").setLevel(logging.ERROR)  # what it says of its caches is of no use to readers
 
 MEASURED = {"linestyle": "none", "marker": "o", "markersize": 5, "markerfacecolor": "none", "markeredgewidth": 1.2}
 THEORY = {"color": "0.25", "linewidth": 1.2, "linestyle": "--", "zorder": 1}
@@ -26,7 +26,7 @@ class Table:
     """Columns of numbers by name."""
 
     def __init__(self, path):
-        with open(path, newline="", encoding="utf-8") as stream:
+        with io.TextIOWrapper(sys.stdin.buffer, "utf-8") if path == "-" else open(path, newline="", encoding="utf-8") as stream:
             self.rows = [{name: float(value) for name, value in row.items()} for row in csv.DictReader(stream)]
         if not self.rows:
             sys.exit(f"{path}: holds no rows")
@@ -252,7 +252,7 @@ def main():
     name = NAMES.get(arguments.kind)
     figure.suptitle(f"{arguments.title}: {name}" if name else arguments.title, fontsize="medium")
     try:
-        figure.savefig(arguments.picture, dpi=150, format="png")
+        figure.savefig(sys.stdout.buffer if arguments.picture == "-" else arguments.picture, dpi=150, format="png")
     except OSError as error:
         sys.exit(f"{arguments.picture}: {error.strerror}")
 

@@ -1,11 +1,10 @@
-#!/usr/bin/env python3
 """Measures what a finished run did: rebound, spreading, pieces, collision, spin.
 
-    measure.py rebound RUN                         fall, contact, jumps, from history.csv
-    measure.py spread RUN [--times 0,0.1,1]        height and footprint over time, from the frames
-    measure.py pieces RUN [--times ...]            how many pieces there are, and their masses
-    measure.py collision RUN [--times ...]         two bodies: distance, speed of separation, whether they joined
-    measure.py spin RUN [RUN]... [--plot FILE.png] angular momentum and energies of several runs of one body
+    python3 -m bulkley measure rebound RUN                 fall, contact, jumps, from history.csv
+    python3 -m bulkley measure spread RUN                  height and footprint over time, from the frames
+    python3 -m bulkley measure pieces RUN                  how many pieces there are, and their masses
+    python3 -m bulkley measure collision RUN               two bodies: distance, speed of separation, whether they joined
+    python3 -m bulkley measure spin RUN... --plot FILE.png angular momentum and energies of several runs of one body
 
 RUN is a run's output folder. Tables come in Markdown. What is measured, and how: docs/gallery/README.md, "How it is
 measured". Needs numpy and h5py; --plot needs matplotlib.
@@ -17,7 +16,10 @@ import sys
 
 import numpy as np
 
-from run_data import MissingData, Run, bodies_of, cells_of, markdown, mass_share, nearest, pieces
+from bulkley.faults import DataError
+from bulkley.markdown import markdown
+from bulkley.pieces import bodies_of, cells_of, mass_share, nearest, pieces
+from bulkley.run import EndedRun
 
 FREE = 0.1  # a body whose floor bears less than this part of its weight is in flight
 WORTH_TELLING = 0.01  # of the mass: smaller pieces are counted as crumbs
@@ -50,7 +52,7 @@ def flights_of(force, time, shortest):
 def measure_rebound(run):
     """Facts of a drop as (name, number, unit), and the jumps as (start, duration, rise of the lowest point)."""
     if run.gravity <= 0.0:
-        raise MissingData(f"in '{run.folder}' gravity does not act downwards: nothing rebounds")
+        raise DataError(f"in '{run.folder}' gravity does not act downwards: nothing rebounds")
     history = run.history
     speed = history["momentum_z"] / history["mass"]
     height = history["center_of_mass_z"]
@@ -59,7 +61,7 @@ def measure_rebound(run):
     shortest = 2.0 * np.sqrt(2.0 * run.cell_size / run.gravity)
     touching = np.flatnonzero(force >= FREE)
     if len(touching) == 0:
-        raise MissingData(f"in '{run.folder}' nothing touches the floor")
+        raise DataError(f"in '{run.folder}' nothing touches the floor")
     impact = touching[0]
     facts = [("time of impact", time[impact], "s"), ("speed of impact", -speed[impact], "m/s"),
              ("largest force of the floor over the weight", force.max(), "")]
@@ -81,7 +83,7 @@ def measure_rebound(run):
 
 
 def print_rebound(options):
-    facts, jumps = measure_rebound(Run(options.runs[0]))
+    facts, jumps = measure_rebound(EndedRun(options.runs[0]))
     print(markdown(["fact", "value"], [[name, f"{value:.3g} {unit}".rstrip()] for name, value, unit in facts]))
     if jumps:
         print("\n" + markdown(["jump", "begins [s]", "lasts [s]", "lowest point up to [m]"],
@@ -105,9 +107,9 @@ def measure_spread(run, frame):
 
 
 def print_spread(options):
-    run = Run(options.runs[0])
+    run = EndedRun(options.runs[0])
     rows = []
-    for frame in nearest(run.frames(), options.times or spaced(run)):
+    for frame in nearest(run.frames, options.times or spaced(run)):
         found = measure_spread(run, frame)
         rows.append([f"{frame.time:.3f}", f"{found['height']:.4f}", f"{found['footprint'] * 1e4:.1f}",
                      f"{found['seen'] * 1e4:.1f}", f"{found['width'][0]:.3f} x {found['width'][1]:.3f}"])
@@ -116,7 +118,7 @@ def print_spread(options):
 
 def spaced(run):
     """Nine times over the run."""
-    return np.linspace(0.0, run.frames()[-1].time, 9)
+    return np.linspace(0.0, run.frames[-1].time, 9)
 
 
 # --- pieces ---------------------------------------------------------------------------------------------------------------
@@ -128,9 +130,9 @@ def measure_pieces(run, frame):
 
 
 def print_pieces(options):
-    run = Run(options.runs[0])
+    run = EndedRun(options.runs[0])
     rows = []
-    for frame in nearest(run.frames(), options.times or spaced(run)):
+    for frame in nearest(run.frames, options.times or spaced(run)):
         shares = measure_pieces(run, frame)
         large = shares[shares >= WORTH_TELLING]
         rows.append([f"{frame.time:.3f}", str(len(large)), ", ".join(f"{100 * share:.1f}" for share in large[:6]),
@@ -159,11 +161,11 @@ def measure_collision(run, frame, bodies):
 
 
 def print_collision(options):
-    run = Run(options.runs[0])
-    frames = run.frames()
+    run = EndedRun(options.runs[0])
+    frames = run.frames
     bodies = bodies_of(frames, run.cell_size)[:2]
     if len(bodies) < 2:
-        raise MissingData(f"in '{run.folder}' there are no two bodies apart from each other in the first frame")
+        raise DataError(f"in '{run.folder}' there are no two bodies apart from each other in the first frame")
     found = [measure_collision(run, frame, bodies) for frame in frames]
     closest = min(range(len(found)), key=lambda n: found[n]["distance"])
     approach, parting = -found[0]["parting"], max(state["parting"] for state in found[closest:])
@@ -188,7 +190,7 @@ def measure_spin(run):
     start = momentum[0]
     scale = history["mass"][0] * max(history[f"upper_{axis}"][0] - history[f"lower_{axis}"][0] for axis in "xyz")
     if np.linalg.norm(start) <= 1e-9 * scale * history["max_speed"][0]:
-        raise MissingData(f"in '{run.folder}' nothing spins at the start")
+        raise DataError(f"in '{run.folder}' nothing spins at the start")
     kinetic = history["kinetic_energy"] - 0.5 * (linear**2).sum(axis=1) / history["mass"]
     kinetic, elastic = kinetic / kinetic[0], history["elastic_energy"] / kinetic[0]
     return {"time": history["time"], "momentum": momentum @ start / (start @ start), "kinetic": kinetic, "elastic": elastic,
@@ -196,7 +198,7 @@ def measure_spin(run):
 
 
 def print_spin(options):
-    curves = {pathlib.Path(folder).name: measure_spin(Run(folder)) for folder in options.runs}
+    curves = {pathlib.Path(folder).name: measure_spin(EndedRun(folder)) for folder in options.runs}
     rows = []
     for name, curve in curves.items():
         lost = np.flatnonzero(curve["momentum"] < 0.5)
@@ -245,8 +247,8 @@ def main():
     options = parse_arguments()
     try:
         COMMANDS[options.command](options)
-    except MissingData as missing:
-        print(f"measure.py: {missing}", file=sys.stderr)
+    except DataError as missing:
+        print(f"measure: {missing}", file=sys.stderr)
         sys.exit(2)
 
 
