@@ -5,6 +5,7 @@ process. A listening socket stands for the server and counts who connects."""
 import os
 import pathlib
 import socket
+import struct
 import subprocess
 import sys
 import threading
@@ -16,7 +17,8 @@ SKIPPED = 77
 
 
 class Display:
-    """Listens where an X server of a free number would, and hangs up on everyone."""
+    """Listens where an X server of a free number would, and hangs up on everyone. Counts processes of this test only: other
+    programs of the machine may connect, too."""
 
     def __init__(self):
         for number in range(10):  # those that hwloc tries
@@ -30,6 +32,7 @@ class Display:
             print("SKIPPED: all displays are taken")
             sys.exit(SKIPPED)
         self.number = number
+        self.mark = f"BULKLEY_X_SERVER_TEST={os.getpid()}"  # a variable of all that this test starts
         self.connections = 0
         self.socket.listen(64)
         threading.Thread(target=self.accept, daemon=True).start()
@@ -37,8 +40,16 @@ class Display:
     def accept(self):
         while True:
             connection, _ = self.socket.accept()
-            self.connections += 1
-            connection.close()
+            if self.is_ours(connection):
+                self.connections += 1
+            connection.close()  # not before: the other side waits for an answer
+
+    def is_ours(self, connection):
+        pid, _, _ = struct.unpack("3i", connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, 12))
+        try:
+            return self.mark.encode() in pathlib.Path(f"/proc/{pid}/environ").read_bytes().split(b"\0")
+        except OSError:
+            return False
 
 
 def main():
@@ -47,6 +58,7 @@ def main():
     display = Display()
     base = {name: value for name, value in os.environ.items() if name != "HWLOC_COMPONENTS"}
     base["DISPLAY"] = f":{display.number}"
+    base.update([display.mark.split("=")])
 
     def connections(command, **variables):
         before = display.connections
