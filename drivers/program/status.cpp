@@ -17,7 +17,7 @@ namespace {
 
 constexpr double shortest_interval = 0.1;  // s
 
-struct Arguments {
+struct StatusArguments {
   std::vector<std::string> folders;
   std::string interval;
   bool json = false;
@@ -42,7 +42,7 @@ bool any_runs(const std::vector<RunView>& views) {
 }
 
 // Until no run says that it runs. One that was killed still does.
-void watch(const Arguments& a, double interval) {
+void watch(const StatusArguments& a, double interval) {
   const bool on_terminal = ::isatty(STDOUT_FILENO) == 1;
   constexpr const char* clear = "\033[H\033[2J";
   while (true) {
@@ -65,7 +65,7 @@ void watch(const Arguments& a, double interval) {
 }  // namespace
 
 Command add_status(CLI::App& app) {
-  auto a = std::make_shared<Arguments>();
+  auto a = std::make_shared<StatusArguments>();
   app.add_option("folders", a->folders, "output folders of runs; of several, a table with one line each")->type_name("DIR");
   auto* const watch_option =
       app.add_option("--watch", a->interval, "look again every so often, until no run goes on any more (default: 5s)")

@@ -1,4 +1,4 @@
-// ranks: 1 2 3 4 5 7 8
+// ranks: 1 2 3 7 8
 // Maps that change while particles move: nothing but their ranks does.
 #include "rebalance/balancer.hpp"
 

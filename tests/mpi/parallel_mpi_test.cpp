@@ -1,4 +1,4 @@
-// ranks: 1 2 3 4 8
+// ranks: 1 2 3
 #include "bulkley/parallel/comm.hpp"
 
 #include <gtest/gtest.h>

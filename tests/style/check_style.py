@@ -56,7 +56,7 @@ LARGEST_FILE = 500
 # Paths of one person's machine.
 MACHINE_PATHS = re.compile(r"(?<![\w.])/(work|root|tmp/build_|home/[a-z])")
 TEXT_FILES = {".hpp", ".cpp", ".h", ".c", ".py", ".sh", ".cmake", ".txt", ".md", ".toml", ".json", ".cff", ".in"}
-FOLDERS = ["include", "src", "drivers", "tests", "cluster", "docs", ".ci"]
+FOLDERS = ["include", "src", "drivers", "tests", "cluster", "docs", ".ci", ".github"]
 
 
 def without_comments(text):
@@ -176,7 +176,7 @@ def check_text(text):
 def text_files(root):
     for folder in FOLDERS:
         yield from (p for p in sorted((root / folder).rglob("*")) if p.is_file() and "__pycache__" not in p.parts)
-    yield from (p for p in sorted(root.iterdir()) if p.is_file())
+    yield from (p for p in sorted(root.iterdir()) if p.is_file() and p.name != ".git")  # a file in a further worktree
 
 
 def check_tree(root):
