@@ -45,7 +45,7 @@ CONSTANTS = [
     ("count-time", 35e-9, "s", "to count or seed a particle at the start; three times"),
 
     ("look-interval", 100, "steps", "between two looks at the balance, at least (partition.decision_interval)"),
-    ("look-share", 0.01, "", "of the time, that looks may take: dear ones come less often"),
+    ("look-share", 0.01, "", "of the time, that imbalance checks may take: expensive ones come less often"),
     ("map-interval", 1000, "steps", "between two whole new maps"),
     ("particles-per-tile", 480, "", "in a loaded tile on average; 512 where 8 to a cell fill it"),
     ("box-ratio", 8, "", "tiles of the box for each loaded one"),
@@ -59,9 +59,9 @@ def parse_arguments():
     parser.add_argument("--method", default="metis", help="method whose rows are fitted (default: metis)")
     parser.add_argument("--least-ranks", type=int, default=512, help="rows of fewer ranks are left out: parts of "
                         "many have less free surface (default: 512)")
-    parser.add_argument("--fit-ranks", type=int, default=10**9, help="rows of more ranks are not fitted but foretold")
+    parser.add_argument("--fit-ranks", type=int, default=10**9, help="rows of more ranks are not fitted but predicted")
     parser.add_argument("--run", action="append", default=[], metavar="PARTICLES,RANKS",
-                        help="foretell this run; may be given several times")
+                        help="predict this run; may be given several times")
     parser.add_argument("--picture", help="draw weak and strong scaling here (PNG)")
     for name, value, unit, meaning in CONSTANTS:
         parser.add_argument("--" + name, type=float, default=value, metavar=unit or "N",
@@ -259,13 +259,13 @@ def print_fit(laws, rows, fit_ranks):
     table(["file", "ranks", "tiles a rank", "sent, counted", "law", "law / counted", "fitted"],
           [[row["file"].rsplit("/", 1)[-1], f"{row['ranks']:.0f}", f"{row['share']:.3g}", bytes_text(row["sent_mean"]),
             bytes_text(laws.sent(row["share"])), f"{laws.sent(row['share']) / row['sent_mean']:.2f}",
-            "yes" if row["ranks"] <= fit_ranks else "foretold"] for row in rows])
+            "yes" if row["ranks"] <= fit_ranks else "predicted"] for row in rows])
     if laws.parts_time is not None:
         table(["file", "ranks", "whole map, measured", "law", "law / measured", "fitted"],
               [[row["file"].rsplit("/", 1)[-1], f"{row['ranks']:.0f}", seconds(row["partition_time"]),
                 seconds(laws.making(row["n_tiles"], row["ranks"], row["axis"])),
                 f"{laws.making(row['n_tiles'], row['ranks'], row['axis']) / row['partition_time']:.2f}",
-                "yes" if row["ranks"] <= fit_ranks else "foretold"] for row in rows])
+                "yes" if row["ranks"] <= fit_ranks else "predicted"] for row in rows])
 
 
 PARTS = ["compute", "uneven", "exchange", "migrate", "sync", "rebuild", "looks", "maps"]

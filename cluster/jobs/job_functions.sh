@@ -66,7 +66,7 @@ seconds_of() {
 
 slurm_seconds_left() { seconds_of "$(squeue --noheader --jobs "$job_id" --format %L | tr -d ' ')"; }
 slurm_is_running() { [[ "$(squeue --noheader --jobs "$1" --format %T 2>/dev/null)" == RUNNING ]]; }
-# Under the same id, so that jobs which depend on it go on waiting. Slurm ends this script, and starts it anew about two
+# Under the same id, so that jobs which depend on it go on waiting. Slurm ends this script, and starts it again about two
 # minutes later.
 slurm_next_part() { scontrol requeue "$job_id"; }
 
@@ -134,7 +134,7 @@ begin_part() {
   local earlier
   earlier="$(last_job)"
   if [[ -n "$earlier" && "$earlier" != "$job_id" ]] && "${batch}_is_running" "$earlier"; then
-    give_up 1 "job $earlier is running in $folder: two at once would spoil it"
+    give_up 1 "job $earlier is running in $folder: two at once would corrupt it"
   fi
   start_step="$(status_step)"
   if (($(n_parts) > 0)) && [[ "$(status_value state)" == failed ]]; then

@@ -77,7 +77,7 @@ struct BenchResult {
   double yielded_fraction = undefined;
   double mach_number = undefined;
   double bytes_per_particle = undefined;           ///< that all ranks came to occupy beyond the empty program
-  double forecast_bytes_per_particle = undefined;  ///< the same foretold from the scene alone
+  double forecast_bytes_per_particle = undefined;  ///< the same predicted from the scene alone
   double exchange_bytes_per_step = undefined;      ///< that the busiest rank sends
   GlobalIndex exchange_messages_per_step = 0;      ///< likewise
 };

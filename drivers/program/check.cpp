@@ -77,7 +77,7 @@ void print(const Scene& scene, const Forecast& f) {
   print_meshes(scene, f);
   fmt::print("\nranks      {}{}: at most {} particles a rank, imbalance {:.3f}\n", f.n_ranks, boxes_text(f.boxes),
              f.largest_share, f.imbalance);
-  fmt::print("memory     about {:.1f} MiB on the fullest rank, beyond the empty program; {:.0f} bytes per particle in all\n",
+  fmt::print("memory     about {:.1f} MiB on the most loaded rank, beyond the empty program; {:.0f} bytes per particle in all\n",
              f.bytes_per_rank / (1024.0 * 1024.0), f.bytes_per_particle);
   print_disk(scene, f);
   fmt::print("time step  {:.4g} s at the start, limited by: {}\n", f.limit.dt, name(f.limit.limiter));

@@ -130,7 +130,7 @@ std::string advice_text(const RunView& view) {
         "nothing has been written for {}: it hangs, or was killed{}{}", span_text(run.age),
         run.host.empty() ? "" : " on " + run.host,
         can_go_on ? "; if it was, continue with: " + run.continuation : "; there is no checkpoint to continue from");
-  if (run.state == "failed" && can_go_on) return "from the last checkpoint, once that is mended: " + run.continuation;
+  if (run.state == "failed" && can_go_on) return "from the last checkpoint, once that is fixed: " + run.continuation;
   if (run.state == "stopped" && run.reason.find("continue with: ") == std::string::npos && can_go_on)
     return "continue with: " + run.continuation;
   return {};

@@ -116,7 +116,7 @@ struct Polygons {
   std::vector<std::size_t> sizes;
 
   void close(std::size_t n) {
-    if (n < 1) throw UsageError("has faces without vertices: the file is cut off or spoilt");
+    if (n < 1) throw UsageError("has faces without vertices: the file is truncated or corrupted");
     sizes.push_back(n);
   }
   void add_to(TriangleMesh& mesh) const {

@@ -175,7 +175,7 @@ Eigen::Matrix3d covariance(const Problem& problem, const Fit& fit, double varian
     for (int a = 0; a < 3; ++a) slope[a] *= free[a] ? problem.weight[k] : 0.0;
     normal += slope * slope.transpose();
   }
-  // The diagonal made 1, so that units do not spoil the inverse.
+  // The diagonal made 1, so that units do not degrade the inverse.
   Eigen::Vector3d scale;
   for (int a = 0; a < 3; ++a) {
     if (!free[a]) normal(a, a) = 1.0;

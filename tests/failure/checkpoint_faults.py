@@ -190,7 +190,7 @@ class Bench:
         self.slowest = 0.0
         run = program.run([*RUN, "--out", "whole"], 2, work, 60)
         if run.code != 0:
-            fail("the run that is to be spoilt failed", run)
+            fail("the run that is to be damaged failed", run)
         self.bytes = (work / "whole" / LAST).read_bytes()
 
     def fresh(self):
@@ -231,9 +231,9 @@ class Bench:
         if not every:
             places = places[:: 8]
         for place in places:
-            spoilt = bytearray(self.bytes)
-            spoilt[place] ^= 1 << dice.randrange(8)
-            self.file.write_bytes(spoilt)
+            damaged = bytearray(self.bytes)
+            damaged[place] ^= 1 << dice.randrange(8)
+            self.file.write_bytes(damaged)
             if not self.info(f"flip_at_{place}", NEW):
                 compare = self.call(f"flip_at_{place}", ["compare", f"whole/{LAST}", f"out/{LAST}"])
                 if compare.code != 0 or "identical" not in compare.text:

@@ -189,7 +189,7 @@ class Stops:
             fail("stop_file: the file STOP is still there")
 
     def wall_time(self, seconds):
-        for _ in range(3):  # no run can foresee that the disk stalls; that it does three times has another cause
+        for _ in range(3):  # no run can predict that the disk stalls; that it does three times has another cause
             before = time.monotonic()
             run = self.run("wall_time", 2, "--overwrite", "--max-walltime", f"{seconds:g}s", *OFTEN)
             code, text = run.end()

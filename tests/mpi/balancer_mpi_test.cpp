@@ -191,7 +191,7 @@ TEST_F(WorthwhileChange, OneWhereItPaysForLongEnough) {
             0.25 * static_cast<double>(std::accumulate(uneven.count.begin(), uneven.count.end(), GlobalIndex{0})));
 }
 
-TEST_F(WorthwhileChange, TheDearerTheChangeTheLongerItTakesToPay) {
+TEST_F(WorthwhileChange, TheMoreExpensiveTheChangeTheLongerItTakesToPay) {
   const TileLoad uneven = of_ball(100);
   const auto shortest_horizon = [&](const ChangeCost& price) {
     double horizon = 1.0;

@@ -241,7 +241,7 @@ TEST_F(Frame, TileFileIsInZyxOrder) {
       }
 }
 
-TEST_F(Frame, ItsSizeIsForetold) {
+TEST_F(Frame, ItsSizeIsPredicted) {
   constexpr GlobalIndex n = 500;
   settings.fields = {"id", "velocity", "cauchy_stress"};
   const SampleTiles tiles(comm, SplineOrder::quadratic, n);

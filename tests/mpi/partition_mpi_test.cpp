@@ -187,7 +187,7 @@ TEST(Partition, TooFewTiles) {
   EXPECT_NO_THROW(make_partition(grid, ranges, tile_load(load), 4));
 }
 
-TEST(Partition, BoxFaultForetellsWhetherThereAreBoxes) {
+TEST(Partition, BoxFaultPredictsWhetherThereAreBoxes) {
   for (const GridGeometry& grid :
        {open_grid({8, 8, 8}), open_grid({4, 4, 30}), grid_of_cells({12, 8, 4}, {true, true, true})})
     for (int n_ranks = 1; n_ranks <= 40; ++n_ranks) {

@@ -48,7 +48,7 @@ class Series(Sequence[File], Generic[File]):
 
 
 class Run:
-    """What `open_run` gives. Everything but the scene is read anew each time it is asked for, so that a run that goes on can
+    """What `open_run` gives. Everything but the scene is read again each time it is asked for, so that a run that goes on can
     be watched."""
 
     def __init__(self, folder: str | os.PathLike):

@@ -81,7 +81,7 @@ AttributeValue Hdf5Reader::attribute(const std::string& object, const std::strin
   const bool scalar = BULKLEY_HDF5_LOCAL(what, H5Sget_simple_extent_type(space.get())) == H5S_SCALAR;
   const H5T_class_t kind = BULKLEY_HDF5_LOCAL(what, H5Tget_class(type.get()));
 
-  // Before memory is taken: a spoilt size may be anything.
+  // Before memory is taken: a corrupted size may be anything.
   const double bytes = static_cast<double>(n) * static_cast<double>(BULKLEY_HDF5_LOCAL(what, H5Tget_size(type.get())));
   if (!(bytes >= 0.0 && bytes <= size_of_file(path_)))
     fail(fmt::format("attribute '{}' of {} is damaged (its size)", name, object));

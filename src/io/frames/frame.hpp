@@ -37,7 +37,7 @@ struct TileValues {
   GridGeometry geometry;
   std::span<const std::int32_t> rank;      ///< that works on the tile
   std::span<const GlobalIndex> particles;  ///< in the tile
-  std::span<const double> load;            ///< what the tile is reckoned to cost
+  std::span<const double> load;            ///< estimated cost
 };
 
 struct FrameInfo {

@@ -229,7 +229,7 @@ std::vector<Array> tile_arrays(const Comm& comm, const TileValues& tiles) {
                             tile_array("load", ArrayType::float64, grid, planes, tiles.load)};
   arrays[0].meaning = "rank that works on the tile";
   arrays[1].meaning = "particles in the tile";
-  arrays[2].meaning = "what the tile is reckoned to cost";
+  arrays[2].meaning = "estimated cost of the tile";
   return arrays;
 }
 

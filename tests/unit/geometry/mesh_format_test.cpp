@@ -68,7 +68,7 @@ TEST(MeshFormat, ObjSaysWhatIsWrongAndWhere) {
   EXPECT_EQ(fault_of("v 0 0 0\nf 1 2 1\n", obj), "has a face with vertex 1, but only 1 vertices (the first is 0)");
   EXPECT_EQ(fault_of("v 0 0 0\nf -1 -2 -1\n", obj), "has a face with vertex -1, but only 1 vertices (the first is 0)");
   EXPECT_EQ(fault_of("v 0 0 0\nf -9223372036854775808 1 1\n", obj).substr(0, 22), "has a face with vertex");
-  EXPECT_EQ(fault_of("v 0 0 0\nf\n", obj), "has faces without vertices: the file is cut off or spoilt");
+  EXPECT_EQ(fault_of("v 0 0 0\nf\n", obj), "has faces without vertices: the file is truncated or corrupted");
   EXPECT_EQ(fault_of("hello\n", obj), "cannot be read as a mesh: it has neither vertices ('v') nor faces ('f')");
 }
 
