@@ -103,7 +103,7 @@ class Study:
 
     def fixed(self, name, step, allow_unstable=True):
         allowed = str(allow_unstable).lower()
-        return self.run(name, ["time.mode=fixed", f"time.step={step:.6g}", f"time.allow_unstable={allowed}"])
+        return self.run(name, ["time.mode=fixed", f"time.dt={step:.6g}", f"time.allow_unstable={allowed}"])
 
     def number(self, table, key):
         """A number of the scene in effect."""

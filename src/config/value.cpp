@@ -148,16 +148,25 @@ void Faults::add(const Place& place, const std::string& sentence) {
   if (!is_full()) faults_.push_back({place, printable(sentence)});
 }
 
-void Faults::throw_if_any() const {
-  if (faults_.empty()) return;
-  std::vector<Fault> sorted = faults_;
-  std::stable_sort(sorted.begin(), sorted.end(), [](const Fault& a, const Fault& b) {
+void Faults::warn(const Place& place, const std::string& sentence) {
+  if (warnings_.size() < most) warnings_.push_back({place, printable(sentence)});
+}
+
+std::vector<std::string> Faults::sentences(std::vector<Fault> faults) {
+  std::stable_sort(faults.begin(), faults.end(), [](const Fault& a, const Fault& b) {
     return std::pair(a.place.line, a.place.column) < std::pair(b.place.line, b.place.column);
   });
-  std::string text;
-  for (const Fault& fault : sorted)
-    text += fmt::format("{}{}: {}", text.empty() ? "" : "\n", fault.place.text(), fault.sentence);
-  if (n_ > sorted.size()) text += fmt::format("\n... and {} more faults", n_ - sorted.size());
+  std::vector<std::string> result;
+  for (const Fault& fault : faults) result.push_back(fmt::format("{}: {}", fault.place.text(), fault.sentence));
+  return result;
+}
+
+std::vector<std::string> Faults::warnings() const { return sentences(warnings_); }
+
+void Faults::throw_if_any() const {
+  if (faults_.empty()) return;
+  std::string text = fmt::format("{}", fmt::join(sentences(faults_), "\n"));
+  if (n_ > faults_.size()) text += fmt::format("\n... and {} more faults", n_ - faults_.size());
   throw UsageError(text);
 }
 

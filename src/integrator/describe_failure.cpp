@@ -102,7 +102,7 @@ void check_motion(const Comm& comm, const TimeStepSettings& settings, double cel
   if (dt * bounds.motion.speed.value > cell_size)
     throw NoStep(
         fmt::format("a particle moves {:.3g} cells in a step of {:.6g} s", dt * bounds.motion.speed.value / cell_size, dt),
-        bounds.motion.speed.id, "try a smaller time.cfl or time.step, or time.deformation_check = \"always\"");
+        bounds.motion.speed.id, "try a smaller time.cfl or time.dt, or time.deformation_check = \"always\"");
 }
 
 }  // namespace bulkley

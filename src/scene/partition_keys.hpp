@@ -26,7 +26,7 @@ inline const config::Keys<PartitionSettings>& keys(config::Of<PartitionSettings>
           .key("decision_interval", &PartitionSettings::decision_interval,
                {.about =
                     "Steps after which auto looks in any case whether a new map pays; more where looks would take over 1 % "
-                    "of the time. It looks earlier when the fullest rank grows. 0: the map of the start stays.",
+                    "of the time. It looks earlier when the most loaded rank grows. 0: the map of the start stays.",
                 .unit = "steps",
                 .range = config::at_least(0.0)})
           .key("remake_interval", &PartitionSettings::remake_interval,

@@ -127,7 +127,7 @@ TEST(SceneFaults, MissingKeys) {
   EXPECT_EQ(faults_of(with(small_scene, "cell_size = 0.05\n", "")),
             "s.toml:1:1: required key 'cell_size' is missing in [domain]");
   EXPECT_EQ(faults_of(with(small_scene, "end = 1", "end = 1\nmode = \"fixed\"")),
-            "s.toml:5:1: required key 'step' is missing in [time]");
+            "s.toml:5:1: required key 'dt' is missing in [time]");
 }
 
 TEST(SceneFaults, OverridesNameThemselves) {
@@ -236,12 +236,12 @@ TEST(SceneFaults, OutputFields) {
 }
 
 TEST(SceneFaults, TimeStepsThatContradict) {
-  EXPECT_EQ(faults_of(small_scene, {"time.step=1e-4"}),
-            "--set time.step=1e-4: 'time.step' is given but counts only with mode = \"fixed\"");
-  EXPECT_EQ(faults_of(small_scene, {"time.largest_step=1e-4", "time.initial_step=1e-3"}),
-            "--set time.initial_step=1e-3: 'time.initial_step' is 0.001; it must be at most 'largest_step' = 0.0001");
-  EXPECT_EQ(faults_of(small_scene, {"time.largest_step=1e-4", "time.smallest_step=1e-3"}),
-            "--set time.smallest_step=1e-3: 'time.smallest_step' is 0.001; it must be at most 'largest_step' = 0.0001");
+  EXPECT_EQ(faults_of(small_scene, {"time.dt=1e-4"}),
+            "--set time.dt=1e-4: 'time.dt' is given but counts only with mode = \"fixed\"");
+  EXPECT_EQ(faults_of(small_scene, {"time.dt_max=1e-4", "time.dt_initial=1e-3"}),
+            "--set time.dt_initial=1e-3: 'time.dt_initial' is 0.001; it must be at most 'time.dt_max' = 0.0001");
+  EXPECT_EQ(faults_of(small_scene, {"time.dt_max=1e-4", "time.dt_min=1e-3"}),
+            "--set time.dt_min=1e-3: 'time.dt_min' is 0.001; it must be at most 'time.dt_max' = 0.0001");
 }
 
 }  // namespace
