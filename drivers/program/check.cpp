@@ -77,8 +77,9 @@ void print(const Scene& scene, const Forecast& f) {
   print_meshes(scene, f);
   fmt::print("\nranks      {}{}: at most {} particles a rank, imbalance {:.3f}\n", f.n_ranks, boxes_text(f.boxes),
              f.largest_share, f.imbalance);
-  fmt::print("memory     about {:.1f} MiB on the most loaded rank, beyond the empty program; {:.0f} bytes per particle in all\n",
-             f.bytes_per_rank / (1024.0 * 1024.0), f.bytes_per_particle);
+  fmt::print(
+      "memory     about {:.1f} MiB on the most loaded rank, beyond the empty program; {:.0f} bytes per particle in all\n",
+      f.bytes_per_rank / (1024.0 * 1024.0), f.bytes_per_particle);
   print_disk(scene, f);
   fmt::print("time step  {:.4g} s at the start, limited by: {}\n", f.limit.dt, name(f.limit.limiter));
   fmt::print("steps      about {:.0f} to t = {:g} s\n", f.n_steps, scene.time_stepping.end_time);
@@ -94,7 +95,7 @@ Command add_check(CLI::App& app) {
   };
   auto a = std::make_shared<Arguments>();
   a->scene.declare(app);
-  app.add_option("-n,--ranks", a->n_ranks, "number of ranks to predict for (default: those it runs on)")
+  app.add_option("-n,--ranks", a->n_ranks, "number of ranks to predict for (default: those that it runs on)")
       ->check(CLI::Range(1, 1 << 22))
       ->type_name("RANKS");
   return [a](const Comm& comm) {

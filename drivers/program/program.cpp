@@ -59,11 +59,11 @@ ExitCode run_command(const Comm& comm, int argc, char** argv) {
   };
   add("run", "run a scene", add_run);
   add("check", "validate a scene and predict its run, without running it", add_check);
-  add("partition", "compare ways of dividing a scene among ranks, without running it", add_partition);
-  add("info", "say what a checkpoint or frame holds and verify its checksums", add_info);
+  add("partition", "compare methods of partitioning a scene among ranks, without running it", add_partition);
+  add("info", "print the contents of a checkpoint or frame and verify its checksums", add_info);
   add("compare", "compare the particles of two checkpoints", add_compare);
   add("convert", "write particles of frames or checkpoints as VTK files or CSV tables", add_convert);
-  add("status", "say how a run stands, while it goes on or afterwards", add_status);
+  add("status", "print the progress of a run, while it runs or afterwards", add_status);
   add("report", "write a page about a run: its plots, time steps, costs, scene and pictures", add_report);
   add("rheometer", "measure a material at one point, with the solver's kernel, or fit a measured flow curve", add_rheometer);
   add("bench", "time the phases of a step on a fixed scene", add_bench);
@@ -87,7 +87,7 @@ ExitCode run_command(const Comm& comm, int argc, char** argv) {
   return ExitCode::usage;
 }
 
-// Errors that reach this point were thrown alike on every rank.
+// Errors that reach this point were thrown on every rank.
 ExitCode guarded(const Comm& comm, int argc, char** argv) {
   try {
     return run_command(comm, argc, argv);

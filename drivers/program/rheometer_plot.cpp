@@ -25,7 +25,7 @@ std::string script_path() {
   const std::filesystem::path installed = program.parent_path().parent_path() / "share" / "bulkley" / script_name;
   for (const std::filesystem::path& path : {installed, std::filesystem::path(BULKLEY_DRIVERS_FOLDER) / script_name})
     if (std::filesystem::exists(path)) return path.string();
-  throw RunError(fmt::format("no picture: {} is neither beside the program nor where it was built from", script_name));
+  throw RunError(fmt::format("no picture: {} is neither installed with the program nor in its source folder", script_name));
 }
 
 std::vector<std::string> interpreters() {

@@ -65,9 +65,9 @@ void watch(const Arguments& a, double interval) {
 
 Command add_status(CLI::App& app) {
   auto a = std::make_shared<Arguments>();
-  app.add_option("folders", a->folders, "output folders of runs; of several, a table with one line each")->type_name("DIR");
+  app.add_option("folders", a->folders, "output folders of runs; several: a table with one line each")->type_name("DIR");
   auto* const watch_option =
-      app.add_option("--watch", a->interval, "look again every so often, until no run goes on any more (default: 5s)")
+      app.add_option("--watch", a->interval, "repeat at this interval until all runs have ended (default: 5s)")
           ->type_name("[SECONDS]")
           ->expected(0, 1);
   app.add_flag("--json", a->json, "numbers in SI units, for programs");

@@ -207,7 +207,7 @@ void report_missing_key(const Value& table, const std::string& key, bool is_tabl
 }
 
 void report_unused_key(const Value& key, const std::string& condition, Faults& faults) {
-  faults.add(key.key_place, fmt::format("'{}' is given but counts only with {}", key.path, condition));
+  faults.add(key.key_place, fmt::format("'{}' is given but applies only with {}", key.path, condition));
 }
 
 bool add_section(const TableText& section, std::vector<TableText>& sections) {

@@ -208,7 +208,7 @@ TriangleMesh parse_stl_text(std::string_view bytes) {
       lines.fail(quoted(kind) + " does not belong into an STL file");
     }
   }
-  if (is_open || !loop.empty()) refuse("it is cut off: its last line is not 'endsolid'");
+  if (is_open || !loop.empty()) refuse("it is truncated: its last line is not 'endsolid'");
   return mesh;
 }
 
@@ -221,7 +221,7 @@ TriangleMesh parse_stl(std::string_view bytes) {
   if (first.next() && first.word() == "solid") return parse_stl_text(bytes);
   if (!has_header) refuse("it neither begins with 'solid' nor has the 84 bytes of a binary STL file's header");
   if (wanted > bytes.size())
-    refuse(fmt::format("it is cut off: {} triangles take {} bytes, and it has {}", n, wanted, bytes.size()));
+    refuse(fmt::format("it is truncated: {} triangles take {} bytes, and it has {}", n, wanted, bytes.size()));
   return parse_stl_binary(bytes, n);  // some programs append bytes of their own
 }
 
@@ -268,7 +268,7 @@ const PlyType* ply_type(const Lines& lines, std::string_view name) {
 }
 
 void read_property(Lines& lines, PlyHeader& header) {
-  if (header.elements.empty()) lines.fail("a property stands before the first element");
+  if (header.elements.empty()) lines.fail("a property precedes the first element");
   PlyProperty property;
   std::string_view word = lines.word();
   if (word == "list") {
@@ -333,7 +333,7 @@ class PlyBody {
     const double value = number(type);
     // Beyond this no index is meant, and a double no longer tells integers apart.
     if (!(value >= -9e15 && value <= 9e15) || value != static_cast<double>(static_cast<std::int64_t>(value)))
-      refuse(fmt::format("{} stands where a number of vertices or a vertex should", value));
+      refuse(fmt::format("{} is no valid number of vertices or vertex index", value));
     return static_cast<std::int64_t>(value);
   }
   /// Bytes that are left, and at least as many as the numbers.
@@ -342,7 +342,7 @@ class PlyBody {
   }
 
  private:
-  [[noreturn]] static void cut_off() { refuse("it is cut off: its header promises more vertices or faces than follow"); }
+  [[noreturn]] static void cut_off() { refuse("it is truncated: its header declares more vertices or faces than follow"); }
   PlyKind kind_;
   std::string_view bytes_;
   std::size_t at_ = 0;
@@ -385,7 +385,7 @@ TriangleMesh parse_ply(std::string_view bytes) {
   for (const PlyElement& element : header.elements) {
     // Every property takes a byte at least, so this also bounds the time.
     if (element.properties.empty() ? element.n > 0 : element.n > body.n_left())
-      refuse(fmt::format("it is cut off: its header promises {} of {}", element.n, quoted(element.name)));
+      refuse(fmt::format("it is truncated: its header declares {} of {}", element.n, quoted(element.name)));
     for (std::uint64_t row = 0; row < element.n; ++row) read_ply_row(element, body, mesh, faces);
   }
   faces.add_to(mesh);

@@ -78,7 +78,7 @@ std::string units_hint(const Shape& shape) {
   visit_meshes(shape, [&](const Mesh& mesh) {
     const double size = (mesh.solid->facts().upper - mesh.solid->facts().lower).maxCoeff();
     hint += fmt::format(
-        "; its mesh is {:.4g} m large: if that is not meant, give 'size', or the file's unit as 'scale' (0.001 "
+        "; its mesh is {:.4g} m large: if that is unintended, give 'size', or the file's unit as 'scale' (0.001 "
         "for millimetres)",
         size);
   });
@@ -190,9 +190,8 @@ void check_colliders(const Scene& scene) {
     if (found >= needed - tolerance) continue;
     const std::string place = c < scene.collider_places.size() ? scene.collider_places[c] + ": " : "";
     faults += fmt::format(
-        "{}{}collider '{}' is {:.3g} m thick, {:.2g} cells: it must be at least 2 cells thick, or material on its one side "
-        "feels "
-        "that on the other; make it {:.3g} m thick or the cells at most {:.3g} m",
+        "{}{}collider '{}' is {:.3g} m thick, {:.2g} cells: it must be at least 2 cells thick, or material on one side "
+        "interacts with material on the other; make it {:.3g} m thick or the cells at most {:.3g} m",
         faults.empty() ? "" : "\n", place, collider.name, found, found / grid.cell_size, needed, 0.5 * found);
   }
   if (!faults.empty()) throw UsageError(faults);

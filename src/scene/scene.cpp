@@ -104,8 +104,8 @@ void join_tables(const Value& root, Scene& scene, Faults& faults) {
 
 const config::Keys<Scene>& scene_keys() {
   static const auto table =
-      config::Keys<Scene>("Keys that stand before the first table.")
-          .key("title", &Scene::title, {.about = "A line for people."})
+      config::Keys<Scene>("Keys before the first table.")
+          .key("title", &Scene::title, {.about = "Human-readable title."})
           .key("gravity", &Scene::gravity, {.about = "Acceleration of gravity.", .unit = "m/s^2"})
           .key(
               "acceleration_field", &Scene::acceleration_field,
@@ -121,12 +121,12 @@ const config::Keys<Scene>& scene_keys() {
           .key("time", &Scene::time_stepping, {.about = "Duration and time step.", .required = true})
           .key("transfer", &Scene::transfer, {.about = "Particle-grid transfer."})
           .key("materials", &Scene::materials, {.about = "Materials by name.", .required = true})
-          .key("bodies", &Scene::bodies, {.about = "What there is at the start.", .required = true})
+          .key("bodies", &Scene::bodies, {.about = "Pieces of material at the start.", .required = true})
           .key("colliders", &Scene::colliders, {.about = "Rigid obstacles, fixed or moving.", .default_text = "none"})
           .key("boundaries", &Scene::faces, {.about = "The faces of the domain."})
-          .key("output", &Scene::output, {.about = "What is written to look at."})
-          .key("checkpoint", &Scene::checkpoint, {.about = "What is written to restart from."})
-          .key("partition", &Scene::partition, {.about = "Division of the work."})
+          .key("output", &Scene::output, {.about = "Output for visualization and analysis."})
+          .key("checkpoint", &Scene::checkpoint, {.about = "Output for restarts."})
+          .key("partition", &Scene::partition, {.about = "Domain decomposition."})
           .check(join_tables);
   return table;
 }

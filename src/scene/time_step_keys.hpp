@@ -22,7 +22,7 @@ inline const config::Keys<TimeStepSettings>& keys(config::Of<TimeStepSettings>) 
   static const auto table =
       config::Keys<S>("How long the run lasts, and its time step (docs/theory.md, \"Time step\").")
           .key("end", &S::end_time, {.about = "End of the run.", .unit = "s", .range = config::above(0.0), .required = true})
-          .key("mode", &S::mode, {.about = "Whether the time step follows the limits or is given."})
+          .key("mode", &S::mode, {.about = "Whether the time step follows the limits or is fixed."})
           .key("dt", &S::dt_fixed, {.about = "The time step.", .unit = "s", .range = config::above(0.0), .required = true})
           .formerly("step")
           .only_with("mode = \"fixed\"", fixed)
@@ -35,7 +35,7 @@ inline const config::Keys<TimeStepSettings>& keys(config::Of<TimeStepSettings>) 
                 .range = config::at_least(0.0)})
           .formerly("initial_step")
           .key("dt_max", &S::dt_max,
-               {.about = "Largest time step; 0: whatever the limits allow.", .unit = "s", .range = config::at_least(0.0)})
+               {.about = "Largest time step; 0: no limit of its own.", .unit = "s", .range = config::at_least(0.0)})
           .formerly("largest_step")
           .key("dt_min", &S::dt_min,
                {.about = "Time step below which the run fails; 0: 1e-6 of the first limit.",

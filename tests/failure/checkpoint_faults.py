@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Damaged, wrong and foreign checkpoints: each is refused in one sentence with the file and the fault, or it holds what it should.
 
-A checkpoint is cut off, gets flipped bits everywhere, and is made wrong with every checksum right. `bulkley info` judges them
+A checkpoint is truncated, gets flipped bits everywhere, and is changed with matching checksums. `bulkley info` judges them
 all; restarts from some must fail alike, leave the checkpoint before untouched, say so in status.json, and fall back on it with
 a warning where no file is named. A flip that goes unnoticed must be in bytes that nothing uses: `compare` says `identical`.
 """
@@ -261,7 +261,7 @@ class Bench:
     def fall_back(self, name, sentence, ranks):
         """Without a file the checkpoint before is taken, and leads to the same end."""
         outcome = self.call(name, [*RUN, "--out", "out", "--restart"], ranks)
-        if outcome.code != 0 or not re.search(f"warning: checkpoint passed over: .*{sentence}", outcome.text):
+        if outcome.code != 0 or not re.search(f"warning: checkpoint skipped: .*{sentence}", outcome.text):
             fail(f"{name}: no warning, or the checkpoint before was not used", outcome)
         compare = self.call(name, ["compare", f"whole/{LAST}", f"out/{LAST}"])
         if compare.code != 0:

@@ -261,7 +261,7 @@ std::optional<std::string> read_latest_checkpoint(const Comm& comm, const std::s
       read(file);
       return file;
     } catch (const RunError& error) {  // alike on every rank
-      warnings.push_back(fmt::format("checkpoint passed over: {}", error.what()));
+      warnings.push_back(fmt::format("checkpoint skipped: {}", error.what()));
     }
   }
   return std::nullopt;

@@ -95,7 +95,7 @@ void ParticleCheck::look_at(const FieldInfo& field, GlobalIndex first, GlobalInd
     if (field.type == FieldType::uint8) {
       const auto index = static_cast<std::size_t>(rows[v]);
       if (field.field == Field::material && index >= n_materials_)
-        refuse(field, particle(v), fmt::format("{}, and the file knows {} materials", index, n_materials_));
+        refuse(field, particle(v), fmt::format("{}, and the file has {} materials", index, n_materials_));
     } else if (field.type == FieldType::int64) {
       const auto id = value_at<GlobalIndex>(rows, v);
       if (id < 0) refuse(field, particle(v), fmt::format("{} and must not be negative", id));

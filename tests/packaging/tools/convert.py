@@ -204,7 +204,7 @@ def check_refusals(test, run):
     shutil.copy(frame, test.work / "no_ids.h5")
     with h5py.File(test.work / "no_ids.h5", "r+") as file:
         del file["particles/id"]
-    test.refuses("no_ids.h5", *to, "--every", 2, words=["does not say the ids of its particles", "output.fields"])
+    test.refuses("no_ids.h5", *to, "--every", 2, words=["does not contain the ids of its particles", "output.fields"])
     shutil.copy(next(run.glob("checkpoint_*.h5")), test.work / "damaged.h5")
     with h5py.File(test.work / "damaged.h5", "r+") as file:
         file["particles/velocity"][7, 1] += 1.0

@@ -202,7 +202,7 @@ TEST(Keys, WriteAndDescribeThePresentNameOnly) {
 }
 
 TEST(Keys, RefuseKeysThatDoNotCount) {
-  EXPECT_EQ(faults_of("name = \"x\"\nratio = 1"), "f:2:1: 'ratio' is given but counts only with mode = \"wild\"");
+  EXPECT_EQ(faults_of("name = \"x\"\nratio = 1"), "f:2:1: 'ratio' is given but applies only with mode = \"wild\"");
   EXPECT_EQ(faults_of("name = \"x\"\nratio = 1\nmode = \"wild\""), "");
 }
 

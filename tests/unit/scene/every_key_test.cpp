@@ -28,7 +28,7 @@ using config::Value;
 struct Key {
   std::string section, name, type, allowed;
   bool required = false;
-  std::string condition;  ///< `scheme = "blend"`: the key counts only with this
+  std::string condition;  ///< `scheme = "blend"`: the key applies only with this
 };
 
 std::vector<Key> documented_keys() {
