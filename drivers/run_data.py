@@ -37,7 +37,7 @@ class Run:
 
 
 def mass_share(frame):
-    """Share of each particle in the whole mass; equal ones where frames hold no masses, as is right for one material."""
+    """Fraction of the total mass of each particle; equal ones if frames have no masses, which is right for one material."""
     mass = frame["mass"].astype(float) if "mass" in frame else np.ones(len(frame.positions))
     return mass / mass.sum()
 

@@ -85,7 +85,7 @@ def check_program(program, work):
     found = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
     if found.returncode != 0:
         fail(found.stderr)
-    for words in ("Runs asked for", "| 40 |", "What breaks"):
+    for words in ("Requested runs", "| 40 |", "What breaks"):
         if words not in found.stdout:
             fail(f"its tables do not hold '{words}'")
     if "nan" in found.stdout:
