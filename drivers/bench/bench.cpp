@@ -1,4 +1,5 @@
-// `bulkley bench`: the real step on a fixed scene, phase by phase, beside a naive serial kernel timed in the same run.
+// `bulkley bench`: the real step on a fixed scene, phase by phase, compared with a naive serial kernel timed in the same
+// run.
 
 #include <fmt/format.h>
 

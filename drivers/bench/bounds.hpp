@@ -1,5 +1,5 @@
 #pragma once
-// What the step promises: every bound stands here and nowhere else (docs/performance.md, "The promises").
+// The bounds of the step, defined only here (docs/performance.md, "Bounds").
 
 #include <limits>
 #include <vector>

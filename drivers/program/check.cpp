@@ -27,7 +27,7 @@ void print_colliders(const Scene& scene) {
   }
 }
 
-// What stands on the disk at once: a checkpoint is whole before an older one goes.
+// Largest disk use: a checkpoint is complete before an older one is deleted.
 void print_disk(const Scene& scene, const Forecast& f) {
   const auto checkpoint = static_cast<double>(f.checkpoint_bytes), frame = static_cast<double>(f.frame_bytes);
   const auto n_frames = static_cast<double>(f.n_frames);

@@ -59,7 +59,7 @@ std::vector<PartitionMethod> methods_of(const std::string& list) {
   return methods;
 }
 
-/// What the scene's bodies put into the tiles. Counting goes in slices, so that it can say that it is at work.
+/// What the scene's bodies put into the tiles. Counting proceeds in slices, so that it can report progress.
 TileCensus count_start(const Scene& scene) {
   constexpr double patience = 2.0;  // s
   constexpr GlobalIndex n_slices = 100;

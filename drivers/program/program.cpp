@@ -108,7 +108,7 @@ ExitCode guarded(const Comm& comm, int argc, char** argv) {
 int bulkley::run_program(int argc, char** argv) {
   remember_environment();
   if (argc > 1 && std::strcmp(argv[1], "run") == 0) watch_signals();  // others may be interrupted at once
-  // Ours stand before "--", PETSc's after it.
+  // Our options precede "--", PETSc's follow it.
   int n_ours = argc;
   for (int k = 1; k < argc; ++k)
     if (std::strcmp(argv[k], "--") == 0) {

@@ -30,7 +30,7 @@ struct Arguments {
   CLI::Option* restart = nullptr;
 };
 
-// What continues the run, whatever its number of ranks; bounds of this part of it are left out, but for the wall time.
+// The command that continues the run, on any number of ranks; without limits of this part, except the wall time.
 std::string continuation(const Arguments& a, const std::string& folder) {
   std::string text = "bulkley run " + quoted(a.scene.file);
   for (const std::string& override : a.scene.overrides) text += " --set " + quoted(override);

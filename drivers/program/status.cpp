@@ -40,7 +40,7 @@ bool any_runs(const std::vector<RunView>& views) {
   return std::any_of(views.begin(), views.end(), [](const RunView& view) { return view.run.running(); });
 }
 
-// Until no run says that it runs. One that was killed still does.
+// Until no run has the state running. A killed run still has it.
 void watch(const Arguments& a, double interval) {
   const bool on_terminal = ::isatty(STDOUT_FILENO) == 1;
   constexpr const char* clear = "\033[H\033[2J";

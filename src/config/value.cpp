@@ -134,7 +134,7 @@ bool is_utf8(std::string_view text) {
     for (std::size_t k = 1; k <= n; ++k)
       if (!follows(at + k)) return false;
     const auto second = n > 1 ? static_cast<unsigned char>(text[at + 1]) : 0x90u;
-    // Overlong forms, surrogates, and what lies beyond the last code point.
+    // Overlong forms, surrogates, and values beyond the last code point.
     if ((byte == 0xe0 && second < 0xa0) || (byte == 0xed && second > 0x9f) || (byte == 0xf0 && second < 0x90) ||
         (byte == 0xf4 && second > 0x8f))
       return false;

@@ -19,7 +19,7 @@ namespace {
 
 [[noreturn]] void refuse(const std::string& reason) { throw UsageError("cannot be read as a mesh: " + reason); }
 
-/// What of the file stands in a sentence.
+/// The part of the file quoted in a message.
 std::string quoted(std::string_view word) {
   std::string text(word.substr(0, 40));
   for (char& c : text)
@@ -78,7 +78,7 @@ class Lines {
 
 // --- polygons ------------------------------------------------------------------------------------------------------------
 
-constexpr std::size_t most_corners = 1000;  ///< of a polygon whose best corner is looked for, in a time that grows squared
+constexpr std::size_t most_corners = 1000;  ///< of a polygon whose best corner is searched in quadratic time
 
 /// The corner from which no triangle of a fan folds over; the first if there is none.
 std::size_t fan_corner(const TriangleMesh& mesh, const std::vector<int>& corners) {
@@ -331,7 +331,7 @@ class PlyBody {
   }
   std::int64_t integer(const PlyType& type) {
     const double value = number(type);
-    // Beyond this no index is meant, and a double no longer tells integers apart.
+    // Larger values are no indices, and doubles no longer represent all integers.
     if (!(value >= -9e15 && value <= 9e15) || value != static_cast<double>(static_cast<std::int64_t>(value)))
       refuse(fmt::format("{} is no valid number of vertices or vertex index", value));
     return static_cast<std::int64_t>(value);

@@ -163,7 +163,7 @@ Estimate estimate_of(const std::optional<double>& given, double value, double lo
   return Estimate::fitted;
 }
 
-// Of tau_y, K and n, zero where not fitted; NaN where the points do not tell the parameters apart.
+// Of tau_y, K and n, zero where not fitted; NaN where the points do not determine the parameters.
 Eigen::Matrix3d covariance(const Problem& problem, const Fit& fit, double variance) {
   const double n = fit.flow_index.value, K = fit.consistency.value;
   const bool free[3] = {fit.yield_stress.estimate == Estimate::fitted, fit.consistency.estimate == Estimate::fitted,

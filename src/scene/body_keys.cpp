@@ -33,7 +33,7 @@ const config::Keys<Body>& keys(config::Of<Body>) {
           .key("seed", &Body::seed, {.about = "Seed of the random shifts.", .range = config::at_least(0.0)})
           .only_with("lattice = \"jittered\"", [](const Body& body) { return body.lattice == SeedingLattice::jittered; })
           .check([](const config::Value& value, Body& body, config::Faults& faults) {
-            if (waits_for_mesh(body.shape)) return;  // judged once it is read
+            if (waits_for_mesh(body.shape)) return;  // checked after it is read
             const Bounds b = bounds(body.shape);
             if (!b.lower.allFinite() || !b.upper.allFinite())
               faults.add(value.find("shape")->place, "'" + value.path + ".shape' of body '" + body.name +

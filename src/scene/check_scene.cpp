@@ -32,7 +32,8 @@ bool holds(const GridGeometry& grid, const Bounds& b) {
   return ((b.lower - grid.lower).array() >= -rounding).all() && ((grid.upper() - b.upper).array() >= -rounding).all();
 }
 
-/// The grid, grown by whole cells until it holds the bounds, without periodic axes; none if counting in it would take for ever.
+/// The grid, grown by whole cells until it holds the bounds, without periodic axes; none if counting in it would take
+/// forever.
 std::optional<GridGeometry> enlarged(const GridGeometry& grid, const Bounds& b) {
   constexpr double most_cells = 1 << 24;  // per axis
   constexpr double most_tiles = 1 << 22;  // counted in a second
@@ -110,8 +111,8 @@ double particles_in_shape(const GridGeometry& grid, const Body& body) {
   return most * inside / (n * n * n);
 }
 
-/// Whether a shape with a mesh is so large that it cannot lie in the domain however it is turned: counting its particles to find
-/// out could take for ever.
+/// Whether a shape with a mesh is so large that it cannot lie in the domain however it is turned: counting its particles to
+/// find out could take forever.
 bool far_too_large(const GridGeometry& grid, const Shape& shape) {
   bool has_mesh = false;
   visit_meshes(shape, [&](const Mesh&) { has_mesh = true; });

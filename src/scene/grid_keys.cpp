@@ -99,7 +99,7 @@ bool Codec<GridGeometry>::read(const Value& value, const Rule&, GridGeometry& ou
 }
 
 Value Codec<GridGeometry>::write(const GridGeometry& grid) {
-  // The upper corner only tells the number of cells, hence a round figure serves.
+  // The upper corner only gives the number of cells, so a rounded value is enough.
   DomainInput input{grid.lower, grid.upper(), grid.cell_size};
   for (int axis = 0; axis < 3; ++axis) input.upper[axis] = std::stod(fmt::format("{:.14g}", input.upper[axis]));
   return keys(Of<DomainInput>{}).write(input);

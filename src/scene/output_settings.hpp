@@ -11,7 +11,7 @@ namespace bulkley {
 
 enum class FloatPrecision { float32, float64 };
 
-/// What frames can hold beside the fields of the particles:
+/// What frames can hold in addition to the fields of the particles:
 ///   pressure           -tr(tau) / (3 J), Pa
 ///   deviatoric_stress  ||dev tau|| / J, Pa (Frobenius norm)
 ///   cauchy_stress      tau / J, Pa

@@ -59,7 +59,7 @@ void require_different_names(const Value& root, const char* list_key, Faults& fa
   }
 }
 
-/// Frames hold the internal variables of the scene's laws, unless the scene says what they hold.
+/// Frames hold the internal variables of the scene's laws, unless the scene lists their fields.
 void choose_frame_fields(const Value& root, Scene& scene, Faults& faults) {
   const OptionalFields present = internal_fields(scene.materials);
   const Value* output = root.find("output");

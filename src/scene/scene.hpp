@@ -1,5 +1,5 @@
 #pragma once
-// Everything a scene file says.
+// Everything in a scene file.
 
 #include <functional>
 #include <string>
@@ -49,13 +49,14 @@ using ParticleCounter = std::function<GlobalIndex(const GridGeometry& grid, cons
 /// On this rank alone. Not collective.
 GlobalIndex count_alone(const GridGeometry& grid, const std::vector<Body>& bodies);
 
-/// What the shapes' geometry says about a parsed scene: every body inside the domain, holding at least one particle, and
-/// overlapping no other unless the scene allows it (judged by the particles it would get, hence more expensive than parsing).
-/// Throws UsageError with one sentence per fault and line. Collective if `count` is.
+/// Checks of a parsed scene that need the shapes' geometry: every body inside the domain, holding at least one particle, and
+/// overlapping no other unless the scene allows it (judged by the particles it would get, hence more expensive than
+/// parsing). Throws UsageError with one sentence per fault and line. Collective if `count` is.
 void check_bodies(const Scene& scene, const ParticleCounter& count = count_alone);
 
-/// Colliders must be thicker than two cells: a thinner one does not keep the material on its two sides apart. Throws UsageError
-/// with one sentence per fault and line, each with the thickness that is needed. Not collective (alike on every rank).
+/// Colliders must be thicker than two cells: a thinner one does not keep the material on its two sides apart. Throws
+/// UsageError with one sentence per fault and line, each with the required thickness. Not collective (the same on every
+/// rank).
 void check_colliders(const Scene& scene);
 
 /// Every key by table, in the order of docs/input.md. Not collective.

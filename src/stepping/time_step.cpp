@@ -15,7 +15,7 @@ namespace bulkley {
 namespace {
 // The deformation predicted from the last step stays this far below the limit, so that small growth is not a rejection.
 constexpr double prediction_margin = 0.8;
-// A step is judged beforehand when the deformation expected from the last step, or from contact at the present speed
+// A step is checked in advance when the deformation expected from the last step, or from contact at the present speed
 // (a stencil reaches a wall by (v dt / dx)^2), comes within this factor of the limit.
 constexpr double risk_factor = 2.0;
 constexpr double contact_factor = 4.0;
@@ -163,7 +163,7 @@ TimeStepPlan plan_step(const TimeStepSettings& settings, double cell_size, const
   TimeStepPlan plan = propose(stable);
   if (stable < limit.dt && state.since_trial >= state.wait) {
     const TimeStepPlan trial = propose(std::min(limit.dt, settings.growth * stable));
-    if (trial.full) plan = trial;  // one that an output would clip is put off, for it would prove nothing
+    if (trial.full) plan = trial;  // one that an output would clip is postponed: it would not be a full test
   }
 
   const double expected = plan.dt * bounds.motion.velocity_gradient.value;

@@ -1,5 +1,5 @@
 #pragma once
-// The keys of a table, declared once beside the struct they fill:
+// The keys of a table, declared once next to the struct they fill:
 //
 //   inline const config::Keys<Wind>& keys(config::Of<Wind>) {
 //     static const auto table = config::Keys<Wind>("The air around the scene.")
@@ -23,8 +23,9 @@ struct Rename {
   std::string old_name, name;
 };
 
-/// The table with present names where it uses old ones, each with a warning; nothing if it uses none. Both names of one key are
-/// a fault, unless only one of them is an override of the command line, which then counts. Paths and places stay as written.
+/// The table with present names where it uses old ones, each with a warning; nothing if it uses none. Both names of one key
+/// are a fault, unless only one of them is an override of the command line, which then counts. Paths and places stay as
+/// written.
 std::optional<Value> with_present_names(const Value& table, const std::vector<Rename>& renames, Faults& faults);
 /// `known`: the present names; hints also recognise misspelt old names.
 void report_unknown_keys(const Value& table, const std::vector<std::string>& known, const std::vector<Rename>& renames,
@@ -69,8 +70,9 @@ class Keys {
     return *this;
   }
 
-  /// The key declared last was called `old_name` in the version before: scenes may use that name for one version more, with a
-  /// warning. Checks of this table find the key by its present name; those of an enclosing table only if the scene uses it.
+  /// The key declared last was called `old_name` in the version before: scenes may use that name for one version more, with
+  /// a warning. Checks of this table find the key by its present name; those of an enclosing table only if the scene uses
+  /// it.
   Keys& formerly(const std::string& old_name) {
     keys_.back().text.old_name = old_name;
     return *this;
@@ -82,7 +84,7 @@ class Keys {
     return *this;
   }
 
-  /// Fills `s`, which should hold the defaults. `others`: keys of the table that someone else reads.
+  /// Fills `s`, which should hold the defaults. `others`: keys of the table that other code reads.
   bool read(const Value& given_table, S& s, Faults& faults, const std::vector<std::string>& others = {}) const {
     if (!expect_table(given_table, faults)) return false;
     const std::size_t faults_before = faults.size();
@@ -104,7 +106,7 @@ class Keys {
     return faults.size() == faults_before;
   }
 
-  /// The table that gives `s` again; units stand beside the values.
+  /// The table that gives `s` again; units are comments of the values.
   Value write(const S& s) const {
     Value table = make_table();
     for (const Key& k : keys_)

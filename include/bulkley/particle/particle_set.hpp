@@ -90,7 +90,7 @@ constexpr const FieldInfo& info(Field field) { return field_table[static_cast<st
 
 constexpr std::size_t element_size(FieldType type) { return type == FieldType::uint8 ? 1 : 8; }
 
-/// Fields beside those that every particle has.
+/// Fields in addition to those that every particle has.
 class OptionalFields {
  public:
   constexpr OptionalFields() = default;

@@ -25,7 +25,8 @@ double size_of_file(const std::string& path) {
   return error ? 0.0 : static_cast<double>(size);
 }
 
-/// Whether an array of this shape can be read plane by plane. It may be larger than the file, where nothing was written to it.
+/// Whether an array of this shape can be read plane by plane. It may be larger than the file, where nothing was written to
+/// it.
 bool is_possible(const std::vector<hsize_t>& extents, double element_bytes, double file_bytes) {
   constexpr double small_plane = 1 << 24, most_bytes = 0x1p62;
   double plane = element_bytes;
@@ -58,7 +59,7 @@ std::string Hdf5Reader::damaged(const std::string& what) const {
 }
 
 bool Hdf5Reader::has(const std::string& object) const {
-  // Every group on the way is asked for in turn: HDF5 fails on a missing one.
+  // Every group on the way is checked in turn: HDF5 fails on a missing one.
   for (std::size_t end = object.find('/', 1);; end = object.find('/', end + 1)) {
     const std::string part = object.substr(0, end);
     if (BULKLEY_HDF5_LOCAL(damaged(part), H5Lexists(file_.get(), part.c_str(), H5P_DEFAULT)) == 0) return false;

@@ -22,9 +22,9 @@ bool must_be_positive(Field field) {
   return field == Field::mass || field == Field::reference_volume || field == Field::volume_ratio;
 }
 
-constexpr GlobalIndex ids_per_round = GlobalIndex{1} << 22;  // 32 MiB a rank, whatever the number of particles
+constexpr GlobalIndex ids_per_round = GlobalIndex{1} << 22;  // 32 MiB per rank, for any number of particles
 
-/// Spreads ids evenly over `n` places, whatever their pattern.
+/// Spreads ids evenly over `n` places, for any pattern.
 std::size_t place_of(GlobalIndex id, std::size_t n) {
   return static_cast<std::size_t>((static_cast<std::uint64_t>(id) * 0x9E3779B97F4A7C15ull) >> 32) % n;
 }
@@ -59,7 +59,7 @@ std::vector<GlobalIndex> exchange_ids(const Comm& comm, const std::vector<std::v
 }
 
 /// Equal ids meet on one rank in one round. A rank's own are compared first: after that no id comes more than once from a
-/// rank, so that the hash shares them out evenly even if the file is wrong.
+/// rank, so that the hash distributes them evenly even if the file is wrong.
 void expect_unique(const Comm& comm, const std::string& what, const std::vector<GlobalIndex>& ids) {
   const auto fewest_rounds = static_cast<GlobalIndex>(ids.size()) / ids_per_round + 1;
   const auto n_rounds = static_cast<std::size_t>(max_global(comm, fewest_rounds));
