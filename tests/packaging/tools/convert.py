@@ -93,7 +93,7 @@ def read_csv(path, arrays):
 # --- contents ---------------------------------------------------------------------------------------------------
 
 def equal(found, wanted, what):
-    """The same bits, whatever the shape of a row."""
+    """The same bits for rows of any shape."""
     wanted = wanted.reshape(len(wanted), int(np.prod(wanted.shape[1:])))
     found = np.asarray(found).reshape(len(found), -1) if len(found) else np.empty(wanted.shape, wanted.dtype)
     if found.shape != wanted.shape or not np.array_equal(found, wanted):
