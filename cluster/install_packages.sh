@@ -14,7 +14,7 @@ packages=(
   libeigen3-dev libmetis-dev libfmt-dev libtomlplusplus-dev libcli11-dev libmuparser-dev
   nlohmann-json3-dev zlib1g-dev
   libgtest-dev python3 python3-numpy python3-h5py  # tests
-  python3-matplotlib                            # plots of the rheometer and of the verification page
+  python3-matplotlib                            # plots of reports, of the rheometer and of the verification page
   mkdocs mkdocs-material doxygen                # the pages as a site
   paraview python3-paraview xvfb                # pictures; Debian's ParaView renders only with an X server
 )

@@ -47,5 +47,5 @@ $check || exit 0
 work="$(mktemp -d)"
 trap 'rm -rf "$work"' EXIT
 tar --extract --gzip --file "$archive" --directory "$work"
-"$work/$name/cluster/test.sh"
+"$work/$name/cluster/test.sh" all
 echo "$archive: builds, and its tests pass"

@@ -13,6 +13,9 @@
 #
 # The job's exit code is 0 if and only if the run is finished, so that --dependency=afterok works.
 
+# hwloc must not look for GPUs through X servers: one that ends at that moment takes the launcher or a rank with it.
+export HWLOC_COMPONENTS="${HWLOC_COMPONENTS:--gl}"
+
 say() { echo "$(date '+%F %T') job ${job_id:-?}: $*"; }
 
 # The job ends without another part.

@@ -46,11 +46,11 @@ simulate() {
   echo "$((SECONDS - begin)) s on $ranks ranks" >"$out/$name/wall_time.txt"
 }
 
-# facts NAME COMMAND OPTIONS...: adds what measure.py tells of the run to the figure's facts.
+# facts NAME COMMAND OPTIONS...: adds what `measure` of the Python package tells of the run to the figure's facts.
 facts() {
   local name="$1" command="$2"
   shift 2
-  { echo "### $name: $command"; echo; "$python" "$root/drivers/measure.py" "$command" "$out/$name" "$@"; echo; } >>"$page"
+  { echo "### $name: $command"; echo; "$python" "$root/drivers/python/bulkley" measure "$command" "$out/$name" "$@"; echo; } >>"$page"
 }
 
 # picture NAME FRAMES [PICTURE]: a strip of frames in the look of the picture, or else of the figure.
@@ -80,7 +80,7 @@ for number in "${numbers[@]}"; do
       for scheme in apic flip pic; do
         simulate "figure_3_$scheme" figure_3_spinning_body --set "transfer.scheme=$scheme"
       done
-      "$python" "$root/drivers/measure.py" spin "$out/figure_3_"{apic,flip,pic} --plot "$target/figure_3_curves.png" >"$page"
+      "$python" "$root/drivers/python/bulkley" measure spin "$out/figure_3_"{apic,flip,pic} --plot "$target/figure_3_curves.png" >"$page"
       picture figure_3_apic 0,3,6,9,12,15
       ;;
     4)

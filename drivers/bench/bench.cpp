@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
+
 #include "bench/io.hpp"
 #include "bench/report.hpp"
 #include "bench/suite.hpp"
@@ -37,9 +39,9 @@ void add_choice(CLI::App& app, const std::string& option, E& value) {
 }
 
 void time_case(const Comm& comm, const Arguments& a) {
-  const JsonObject result = describe(a.what, run_bench(comm, a.what, a.effort));
+  const Json result = describe(a.what, run_bench(comm, a.what, a.effort));
   root_guard(comm, [&] {
-    fmt::print("{}\n", result.text());
+    fmt::print("{}\n", json_text(result));
     if (!a.json.empty()) write_json(a.json, result);
   });
 }
@@ -47,15 +49,15 @@ void time_case(const Comm& comm, const Arguments& a) {
 void time_io(const Comm& comm, const Arguments& a) {
   IoBench what = a.io;
   what.n_particles = a.what.n_particles;
-  const JsonObject result = bench_io(comm, what);
+  const Json result = bench_io(comm, what);
   root_guard(comm, [&] {
-    fmt::print("{}\n", result.text());
+    fmt::print("{}\n", json_text(result));
     if (!a.json.empty()) write_json(a.json, result);
   });
 }
 
 void time_suite(const Comm& comm, const Arguments& a) {
-  const JsonObject result = run_suite(comm, a.suite_settings);
+  const Json result = run_suite(comm, a.suite_settings);
   root_guard(comm, [&] {
     if (!a.json.empty()) write_json(a.json, result);
   });

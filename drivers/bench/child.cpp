@@ -111,7 +111,8 @@ ChildOutcome run_child_bench(int n_ranks, const std::vector<std::string>& argume
 
   ChildOutcome outcome;
   outcome.fault = failure != 0 ? fmt::format("{} could not be started", words.front()) : wait_for(child, time_limit);
-  if (outcome.fault.empty()) outcome.json = read_text(name);
+  if (outcome.fault.empty()) outcome.json = Json::parse(read_text(name), nullptr, false);
+  if (outcome.json.is_discarded()) outcome.fault = "it wrote no JSON";
   std::filesystem::remove(name);
   return outcome;
 }

@@ -1,8 +1,11 @@
 #pragma once
 // Runs of this program on other rank counts, started by one of its processes.
 
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
+
+#include "io/files/json_text.hpp"
 
 namespace bulkley {
 
@@ -15,7 +18,7 @@ std::string child_obstacle(int n_ranks);
 
 struct ChildOutcome {
   std::string fault;  ///< empty, or what went wrong, as a clause
-  std::string json;   ///< what the child wrote
+  Json json;          ///< what the child wrote
 };
 
 /// `bulkley bench arguments --json FILE` on `n_ranks` ranks, ended after `time_limit` seconds. Sleeps meanwhile. Not

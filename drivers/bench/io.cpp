@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <vector>
 
 #include "bench/run.hpp"
@@ -89,7 +90,7 @@ double seconds_of(const Comm& comm, const std::function<void()>& work) {
 
 }  // namespace
 
-JsonObject bench_io(const Comm& comm, const IoBench& what) {
+Json bench_io(const Comm& comm, const IoBench& what) {
   root_guard(comm, [&] {
     std::error_code error;
     std::filesystem::create_directories(what.folder, error);
@@ -139,20 +140,18 @@ JsonObject bench_io(const Comm& comm, const IoBench& what) {
       }
     });
   }
-  JsonObject result;
-  result.add("particles", what.n_particles)
-      .add("ranks", comm.size())
-      .add("checkpoint_bytes", bytes)
-      .add("checkpoint_write_MB_per_s", 1e-6 * bytes / median(write))
-      .add("plain_write_MB_per_s", 1e-6 * bytes / median(plain_write))
-      .add("write_over_plain", median(plain_write) / median(write))
-      .add("checkpoint_read_MB_per_s", 1e-6 * bytes / median(read))
-      .add("plain_read_MB_per_s", 1e-6 * bytes / median(plain_read))
-      .add("read_over_plain", median(plain_read) / median(read))
-      .add("frame_bytes", frame_bytes)
-      .add("frame_write_MB_per_s", 1e-6 * frame_bytes / median(frame_write))
-      .add("memory_of_a_write_MB_per_rank", 1e-6 * io_memory);
-  return result;
+  return {{"particles", what.n_particles},
+          {"ranks", comm.size()},
+          {"checkpoint_bytes", rounded(bytes)},
+          {"checkpoint_write_MB_per_s", rounded(1e-6 * bytes / median(write))},
+          {"plain_write_MB_per_s", rounded(1e-6 * bytes / median(plain_write))},
+          {"write_over_plain", rounded(median(plain_write) / median(write))},
+          {"checkpoint_read_MB_per_s", rounded(1e-6 * bytes / median(read))},
+          {"plain_read_MB_per_s", rounded(1e-6 * bytes / median(plain_read))},
+          {"read_over_plain", rounded(median(plain_read) / median(read))},
+          {"frame_bytes", rounded(frame_bytes)},
+          {"frame_write_MB_per_s", rounded(1e-6 * frame_bytes / median(frame_write))},
+          {"memory_of_a_write_MB_per_rank", rounded(1e-6 * io_memory)}};
 }
 
 }  // namespace bulkley

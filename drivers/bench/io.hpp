@@ -5,7 +5,7 @@
 #include <string>
 
 #include "bulkley/parallel/comm.hpp"
-#include "program/json.hpp"
+#include "io/files/json_text.hpp"
 
 namespace bulkley {
 
@@ -18,6 +18,6 @@ struct IoBench {
 /// Writes and reads a checkpoint of made-up particles, and writes a frame, in turn with a plain file of the checkpoint's
 /// size (16 MiB at a time, then fsync; its caches are dropped before it is read). Medians over the rounds. Throws RunError
 /// where the folder cannot be written. Collective.
-JsonObject bench_io(const Comm& comm, const IoBench& what);
+Json bench_io(const Comm& comm, const IoBench& what);
 
 }  // namespace bulkley

@@ -2,7 +2,7 @@
 // What `bulkley bench` found, as JSON (docs/performance.md, "Keys of the JSON").
 
 #include "bench/run.hpp"
-#include "program/json.hpp"
+#include "io/files/json_text.hpp"
 #include "scene/transfer_keys.hpp"
 
 namespace bulkley {
@@ -16,9 +16,9 @@ std::string name_of(E value) {
 }
 
 /// A case and what it costs. Not collective.
-JsonObject describe(const BenchCase& what, const BenchResult& result);
+Json describe(const BenchCase& what, const BenchResult& result);
 
 /// Prints nothing; writes the object to `path`, whose folder is made. Root only; throws RunError.
-void write_json(const std::string& path, const JsonObject& object);
+void write_json(const std::string& path, const Json& object);
 
 }  // namespace bulkley

@@ -38,19 +38,17 @@ std::string row_line(const Row& row) {
   return fmt::format(layout, row.part, row.name, value, row.unit, bound_text(row.bound), verdict(row), row.note);
 }
 
-JsonObject describe(const Row& row) {
-  JsonObject object;
-  object.add("part", row.part)
-      .add("name", row.name)
-      .add("value", row.value)
-      .add("unit", row.unit)
-      .add("bound", row.bound.limit)
-      .add("sense", std::string(row.bound.sense == Sense::at_most ? "at_most" : "at_least"))
-      .add("excess", excess(row))
-      .add("verdict", verdict(row))
-      .add("note", row.note)
-      .add("details", row.details);
-  return object;
+Json describe(const Row& row) {
+  return {{"part", row.part},
+          {"name", row.name},
+          {"value", rounded(row.value)},
+          {"unit", row.unit},
+          {"bound", rounded(row.bound.limit)},
+          {"sense", row.bound.sense == Sense::at_most ? "at_most" : "at_least"},
+          {"excess", rounded(excess(row))},
+          {"verdict", verdict(row)},
+          {"note", row.note},
+          {"details", row.details}};
 }
 
 }  // namespace bulkley

@@ -2,10 +2,11 @@
 // One number of the suite and its bound: a line of the table and an object of the JSON.
 
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "bench/bounds.hpp"
-#include "program/json.hpp"
+#include "io/files/json_text.hpp"
 
 namespace bulkley {
 
@@ -15,7 +16,7 @@ struct Row {
   std::string unit = {};
   Bound bound = {};
   std::string note = {};
-  JsonObject details = {};
+  Json details = Json::object();
   std::string skip_reason = {};  ///< "skipped" or "failed", where there is no value; the note gives the reason
 };
 
@@ -27,6 +28,6 @@ double excess(const Row& row);
 
 std::string row_heading();
 std::string row_line(const Row& row);
-JsonObject describe(const Row& row);
+Json describe(const Row& row);
 
 }  // namespace bulkley

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "bench/bounds.hpp"
 #include "bench/child.hpp"
@@ -27,6 +28,12 @@ std::string count_text(GlobalIndex n) {
   return n >= 1'000'000 ? fmt::format("{} M", n / 1'000'000) : fmt::format("{} k", n / 1000);
 }
 
+// A measured value of a case's JSON; NaN where it was not measured.
+double number_of(const Json& json, const char* key) {
+  const Json& value = json.at(key);
+  return value.is_number() ? value.get<double>() : undefined;
+}
+
 class Suite {
  public:
   Suite(const Comm& comm, bool small) : comm_(comm), small_(small), machine_(measure_machine()) {
@@ -39,14 +46,14 @@ class Suite {
   void domain();
   void memory();
   void ranks();
-  JsonObject json() const;
+  Json json() const;
 
  private:
   void add(Row row);
   void sizes_of(const std::string& material);
-  std::string floor_of(const BenchCase& what, const BenchResult& result, JsonObject& details) const;
+  std::string floor_of(const BenchCase& what, const BenchResult& result, Json& details) const;
   Row child_row(const std::string& part, const std::string& name, int n_ranks, const std::string& material, GlobalIndex n,
-                int n_steps, const std::function<void(const std::string& json, Row& row)>& read) const;
+                int n_steps, const std::function<void(const Json& json, Row& row)>& read) const;
   GlobalIndex usual_size() const { return small_ ? 100'000 : 1'000'000; }
   int n_rounds() const { return small_ ? 3 : 5; }
   // Whether the memory that is free holds a case so many times.
@@ -78,25 +85,25 @@ void Suite::floor() {
 }
 
 // The floor of a case and the step's distance from it, as a clause; the count goes to `details`.
-std::string Suite::floor_of(const BenchCase& what, const BenchResult& result, JsonObject& details) const {
+std::string Suite::floor_of(const BenchCase& what, const BenchResult& result, Json& details) const {
   const bool flows = std::holds_alternative<HerschelBulkley>(bench_scene(what).materials.front().material);
   double bytes = 0.0, flops = 0.0;
-  std::vector<JsonObject> terms;
+  Json terms = Json::array();
   for (const WorkTerm& term : count_work({what.transfer, flows, result.sorts_per_step, result.nodes_per_particle})) {
     bytes += term.bytes;
     flops += term.flops;
-    terms.push_back(JsonObject().add("what", std::string(term.what)).add("bytes", term.bytes).add("flops", term.flops));
+    terms.push_back({{"what", term.what}, {"bytes", rounded(term.bytes)}, {"flops", rounded(term.flops)}});
   }
   const double memory_ns = 1e9 * bytes / machine_.traffic_bandwidth, flops_ns = 1e9 * flops / machine_.flops;
   const double bound = std::max(memory_ns, flops_ns), sum = memory_ns + flops_ns;
-  details.add("bytes_per_particle_step", bytes)
-      .add("flops_per_particle_step", flops)
-      .add("memory_ns", memory_ns)
-      .add("flops_ns", flops_ns)
-      .add("floor_ns", bound)
-      .add("step_over_floor", result.ns / bound)
-      .add("step_over_sum", result.ns / sum)
-      .add("count", terms);
+  details["bytes_per_particle_step"] = rounded(bytes);
+  details["flops_per_particle_step"] = rounded(flops);
+  details["memory_ns"] = rounded(memory_ns);
+  details["flops_ns"] = rounded(flops_ns);
+  details["floor_ns"] = rounded(bound);
+  details["step_over_floor"] = rounded(result.ns / bound);
+  details["step_over_sum"] = rounded(result.ns / sum);
+  details["count"] = std::move(terms);
   return fmt::format("{:.0f} B in {:.1f} ns, {:.0f} flops in {:.1f} ns: step is {:.2f} x the larger, {:.2f} x their sum",
                      bytes, memory_ns, flops, flops_ns, result.ns / bound, result.ns / sum);
 }
@@ -105,7 +112,7 @@ void Suite::all_cases() {
   for (const BoundedCase& c : bounded_cases()) {
     const BenchCase what{usual_size(), c.material, c.transfer, {1, 1, 1}};
     const BenchResult result = run_bench(comm_, what, {n_rounds() * block_steps, true, false});
-    JsonObject details = describe(what, result);
+    Json details = describe(what, result);
     const std::string floor = floor_of(what, result, details);
     std::string phases;
     for (const auto& [name, ns] : result.phases)
@@ -186,7 +193,7 @@ void Suite::domain() {
 
 // A run of its own process on `n_ranks` ranks; `read` fills the row from what it wrote.
 Row Suite::child_row(const std::string& part, const std::string& name, int n_ranks, const std::string& material,
-                     GlobalIndex n, int n_steps, const std::function<void(const std::string& json, Row& row)>& read) const {
+                     GlobalIndex n, int n_steps, const std::function<void(const Json& json, Row& row)>& read) const {
   if (const std::string skip_reason = child_obstacle(n_ranks); !skip_reason.empty())
     return row_without_value(part, name, "skipped", skip_reason);
   if (!fits({n, material, {}, {1, 1, 1}}, n_ranks > 1 ? 2 : 1))  // on all ranks, and on one alone
@@ -205,11 +212,11 @@ void Suite::memory() {
   for (const GlobalIndex n :
        small_ ? std::vector<GlobalIndex>{100'000} : std::vector<GlobalIndex>{100'000, 1'000'000, 10'000'000}) {
     double forecast_bytes = undefined;
-    Row measured = child_row("memory", count_text(n), 1, "cream", n, block_steps, [&](const std::string& json, Row& row) {
-      row.value = json_number(json, "bytes_per_particle");
+    Row measured = child_row("memory", count_text(n), 1, "cream", n, block_steps, [&](const Json& json, Row& row) {
+      row.value = number_of(json, "bytes_per_particle");
       row.unit = "B a particle";
       if (n == 1'000'000) row.bound = bench_bounds::bytes_per_particle;
-      forecast_bytes = json_number(json, "forecast_bytes_per_particle");
+      forecast_bytes = number_of(json, "forecast_bytes_per_particle");
     });
     const double ratio = measured.value / forecast_bytes;
     const std::string name = measured.name + ", measured and predicted";
@@ -227,17 +234,16 @@ void Suite::memory() {
 
 void Suite::ranks() {
   const auto throughput = [&](const Bound& bound) {
-    return [bound](const std::string& json, Row& row) {
-      row.value = json_number(json, "throughput_ratio");
+    return [bound](const Json& json, Row& row) {
+      row.value = number_of(json, "throughput_ratio");
       row.unit = "of one rank";
       row.bound = bound;
-      const double bytes = json_number(json, "exchange_bytes_per_step");
-      const double messages = json_number(json, "exchange_messages_per_step");
+      const double bytes = number_of(json, "exchange_bytes_per_step");
+      const double messages = number_of(json, "exchange_messages_per_step");
       row.note = fmt::format("busiest rank and step: {:.0f} bytes in {:.0f} messages", bytes, messages);
-      row.details.add("exchange_bytes_per_step", bytes)
-          .add("exchange_messages_per_step", messages)
-          .add("ns_per_particle_step", json_number(json, "ns_per_particle_step"))
-          .add("one_rank_ns_per_particle_step", json_number(json, "one_rank_ns_per_particle_step"));
+      for (const char* key : {"exchange_bytes_per_step", "exchange_messages_per_step", "ns_per_particle_step",
+                              "one_rank_ns_per_particle_step"})
+        row.details[key] = json.at(key);
     };
   };
   const int n_steps = n_rounds() * block_steps;
@@ -249,16 +255,17 @@ void Suite::ranks() {
                 block_steps, throughput(bench_bounds::eight_ranks)));
 }
 
-JsonObject Suite::json() const {
-  std::vector<JsonObject> rows;
+Json Suite::json() const {
+  Json rows = Json::array();
   for (const Row& row : rows_) rows.push_back(describe(row));
-  JsonObject machine;
-  machine.add("triad_bytes_per_second", machine_.triad_bandwidth)
-      .add("traffic_bytes_per_second", machine_.traffic_bandwidth)
-      .add("flops_per_second", machine_.flops)
-      .add("lanes", n_lanes)
-      .add("usable_cores", n_usable_cores());
-  return JsonObject().add("version", version_text()).add("machine", machine).add("rows", rows);
+  return {{"version", version_text()},
+          {"machine",
+           {{"triad_bytes_per_second", rounded(machine_.triad_bandwidth)},
+            {"traffic_bytes_per_second", rounded(machine_.traffic_bandwidth)},
+            {"flops_per_second", rounded(machine_.flops)},
+            {"lanes", n_lanes},
+            {"usable_cores", n_usable_cores()}}},
+          {"rows", rows}};
 }
 
 struct Part {
@@ -279,7 +286,7 @@ const std::vector<std::string>& suite_parts() {
   return names;
 }
 
-JsonObject run_suite(const Comm& comm, const SuiteSettings& settings) {
+Json run_suite(const Comm& comm, const SuiteSettings& settings) {
   if (comm.size() > 1) throw UsageError("--suite: must run in one process; it starts the runs on several ranks itself");
   const auto wanted = [&](const char* name) {
     return settings.parts.empty() || std::find(settings.parts.begin(), settings.parts.end(), name) != settings.parts.end();

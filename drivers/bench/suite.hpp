@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "bulkley/parallel/comm.hpp"
-#include "program/json.hpp"
+#include "io/files/json_text.hpp"
 
 namespace bulkley {
 
@@ -18,6 +18,6 @@ struct SuiteSettings {
 const std::vector<std::string>& suite_parts();
 
 /// Measures and prints row by row; the figures as JSON. Throws UsageError on several ranks. Collective.
-JsonObject run_suite(const Comm& comm, const SuiteSettings& settings);
+Json run_suite(const Comm& comm, const SuiteSettings& settings);
 
 }  // namespace bulkley

@@ -55,7 +55,7 @@ def show_particles(view, series, look):
     display.SetRepresentationType("Point Gaussian")
     display.ShaderPreset = "Custom"
     display.CustomShader = SPHERE_SHADER
-    largest = series.attributes(-1).get("largest_reference_volume", 0.0)
+    largest = series.largest_reference_volume(-1)
     if largest > 0.0:
         display.GaussianRadius = 0.5 * look["particles.radius"] * float(largest) ** (1.0 / 3.0)
     names, palette = series.materials(), look["materials.palette"]

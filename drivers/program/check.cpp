@@ -100,7 +100,7 @@ Command add_check(CLI::App& app) {
       ->type_name("RANKS");
   return [a](const Comm& comm) {
     const Scene scene = a->scene.load(comm);
-    check_bodies(scene, shared_counter(comm));
+    check_bodies(scene, shared_survey(comm));
     check_colliders(scene);
     const Forecast f = forecast(comm, scene, a->n_ranks > 0 ? a->n_ranks : comm.size());
     if (comm.is_root()) print(scene, f);

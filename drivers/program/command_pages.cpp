@@ -28,7 +28,8 @@ struct VariableText {
   const char* meaning;
 };
 constexpr VariableText variable_texts[] = {
-    {"BULKLEY_PYTHON", "The Python interpreter of `rheometer --plot`, with matplotlib; default: python3 on the PATH."},
+    {"BULKLEY_PYTHON",
+     "The Python interpreter of `report` and `rheometer --plot`, with matplotlib; default: python3 on the PATH."},
     {"PETSC_OPTIONS", "Options for PETSc, in addition to those after `--`."},
 };
 

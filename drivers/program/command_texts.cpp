@@ -2,19 +2,11 @@
 
 #include <fmt/format.h>
 
+#include "base/text.hpp"
+
 namespace bulkley {
 
 namespace {
-
-std::vector<std::string> split(const std::string& text, char separator) {
-  std::vector<std::string> words(1);
-  for (const char c : text)
-    if (c == separator)
-      words.emplace_back();
-    else
-      words.back() += c;
-  return words;
-}
 
 // What an option takes. CLI11 writes a choice as "TEXT:{a,b}" and a checked number as "INT:NONNEGATIVE"; other types are as we
 // named them, "shear|extension" among them.

@@ -6,6 +6,7 @@
 #include <charconv>
 #include <chrono>
 
+#include "base/text.hpp"
 #include "config/nearest.hpp"
 #include "io/checkpoint/checkpoint.hpp"
 #include "io/files/text_file.hpp"
@@ -25,19 +26,9 @@ struct Arguments {
   std::string ranks, methods, frame, before, csv;
 };
 
-std::vector<std::string> words_of(const std::string& list) {
-  std::vector<std::string> words(1);
-  for (const char c : list)
-    if (c == ',')
-      words.emplace_back();
-    else
-      words.back() += c;
-  return words;
-}
-
 std::vector<int> rank_counts(const std::string& list) {
   std::vector<int> counts;
-  for (const std::string& word : words_of(list)) {
+  for (const std::string& word : split(list, ',')) {
     int n = 0;
     const auto [end, fault] = std::from_chars(word.data(), word.data() + word.size(), n);
     if (fault != std::errc{} || end != word.data() + word.size() || n < 1 || n > most_ranks)
@@ -49,7 +40,7 @@ std::vector<int> rank_counts(const std::string& list) {
 
 std::vector<PartitionMethod> methods_of(const std::string& list) {
   std::vector<PartitionMethod> methods;
-  for (const std::string& word : list.empty() ? partition_method_names() : words_of(list)) {
+  for (const std::string& word : list.empty() ? partition_method_names() : split(list, ',')) {
     const auto method = partition_method(word);
     if (!method)
       throw UsageError(

@@ -50,7 +50,7 @@ double largest_of(const std::vector<RankTraffic>& traffic, const Value& value) {
 }
 
 void describe(const PartitionTask& task, const Partition& partition, PartitionRow& row) {
-  const std::vector<RankTraffic> traffic = predict_traffic(task.grid, partition, task.load);
+  const std::vector<RankTraffic> traffic = predict_traffic(task.grid, partition.map, task.load);
   const auto uneven = [&](const auto& value) {
     const double mean = mean_of(traffic, value);
     return mean > 0.0 ? largest_of(traffic, value) / mean : 1.0;
@@ -70,7 +70,7 @@ void describe(const PartitionTask& task, const Partition& partition, PartitionRo
 }
 
 double moved_part(const PartitionTask& task, const Partition& from, const Partition& to) {
-  return static_cast<double>(n_moved(from, to, task.load)) / static_cast<double>(task.n_particles);
+  return static_cast<double>(n_moved(from.map, to.map, task.load)) / static_cast<double>(task.n_particles);
 }
 
 /// The rows of one method.
@@ -88,7 +88,7 @@ std::vector<PartitionRow> rows_of(const PartitionTask& task, PartitionMethod met
     Partition partition;
     row.seconds =
         time_of([&] { partition = make_partition(task.grid, settings, task.load, n_ranks, left, task.cost, &notes); });
-    row.chosen = (notes.evened ? "rebalanced " : "") + name_of(notes.method);
+    row.chosen = (notes.rebalanced ? "rebalanced " : "") + name_of(notes.method);
     row.remarks = notes.warnings;
     describe(task, partition, row);
     if (left) row.moved = moved_part(task, *left, partition);

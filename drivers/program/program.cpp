@@ -6,6 +6,7 @@
 #include <petscsys.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <cstring>
 
 #include "bench/child.hpp"
@@ -106,6 +107,8 @@ ExitCode guarded(const Comm& comm, int argc, char** argv) {
 }  // namespace
 
 int bulkley::run_program(int argc, char** argv) {
+  // hwloc, in MPI_Init, would connect to X displays to look for GPUs; a server that ends at that moment would end the rank.
+  setenv("HWLOC_COMPONENTS", "-gl", 0);  // 0: what the user has set stays
   remember_environment();
   if (argc > 1 && std::strcmp(argv[1], "run") == 0) watch_signals();  // others may be interrupted at once
   // Our options precede "--", PETSc's follow it.

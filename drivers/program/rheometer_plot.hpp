@@ -1,5 +1,5 @@
 #pragma once
-// Pictures of what a rheometer measured, drawn by plot_rheometer.py.
+// Pictures of what a rheometer measured, drawn by the Python package.
 
 #include <string>
 
@@ -12,8 +12,8 @@ struct PlotRequest {
   std::string file;   ///< the PNG to write
 };
 
-/// Draws with the first Python that has matplotlib: $BULKLEY_PYTHON if set, else python3 on the PATH, else /usr/bin/python3.
-/// Throws RunError, one sentence, if there is none or the script fails. Not collective.
+/// Writes the picture. Throws RunError, one sentence, if there is no Python with matplotlib (see run_python_tool), if drawing
+/// fails or if the file cannot be written. Not collective.
 void draw(const PlotRequest& request);
 
 }  // namespace bulkley

@@ -1,10 +1,9 @@
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cctype>
 #include <cstring>
 #include <filesystem>
 
+#include "base/text.hpp"
 #include "config/duration.hpp"
 #include "program/commands.hpp"
 #include "program/version.hpp"
@@ -13,15 +12,6 @@
 namespace bulkley {
 
 namespace {
-
-// As a shell takes it for one word.
-std::string quoted(const std::string& word) {
-  const auto is_plain = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || std::strchr("_-./=:,+@%", c); };
-  if (!word.empty() && std::all_of(word.begin(), word.end(), is_plain)) return word;
-  std::string text = "'";
-  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return text + "'";
-}
 
 struct Arguments {
   SceneArguments scene;
@@ -32,10 +22,10 @@ struct Arguments {
 
 // The command that continues the run, on any number of ranks; without limits of this part, except the wall time.
 std::string continuation(const Arguments& a, const std::string& folder) {
-  std::string text = "bulkley run " + quoted(a.scene.file);
-  for (const std::string& override : a.scene.overrides) text += " --set " + quoted(override);
-  text += " --out " + quoted(folder) + " --restart";
-  if (!a.walltime.empty()) text += " --max-walltime " + quoted(a.walltime);
+  std::string text = "bulkley run " + shell_word(a.scene.file);
+  for (const std::string& override : a.scene.overrides) text += " --set " + shell_word(override);
+  text += " --out " + shell_word(folder) + " --restart";
+  if (!a.walltime.empty()) text += " --max-walltime " + shell_word(a.walltime);
   return text;
 }
 

@@ -149,18 +149,4 @@ RunFolder read_run_folder(const std::string& path) {
   return run;
 }
 
-std::vector<std::string> pictures_in(const std::string& path) {
-  std::vector<std::string> names;
-  std::error_code error;
-  fs::recursive_directory_iterator entry(path, fs::directory_options::skip_permission_denied, error);
-  for (; !error && entry != fs::recursive_directory_iterator(); entry.increment(error)) {
-    std::error_code gone;
-    if (entry.depth() > 0) entry.disable_recursion_pending();
-    if (entry->path().extension() == ".png" && entry->is_regular_file(gone))
-      names.push_back(fs::relative(entry->path(), path, gone).string());
-  }
-  std::sort(names.begin(), names.end());
-  return names;
-}
-
 }  // namespace bulkley

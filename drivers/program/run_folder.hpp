@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "bulkley/base/types.hpp"
-#include "parallel/log.hpp"
+#include "parallel/phases.hpp"
 #include "parallel/phases.hpp"
 
 namespace bulkley {
@@ -51,8 +51,5 @@ struct RunFolder {
 
 /// Throws UsageError, one sentence, when `path` is no folder, cannot be read or holds no run. Not collective.
 RunFolder read_run_folder(const std::string& path);
-
-/// Names (not paths) of the PNG pictures in the folder and in the folders in it, in alphabetical order. Not collective.
-std::vector<std::string> pictures_in(const std::string& path);
 
 }  // namespace bulkley

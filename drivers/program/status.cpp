@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cctype>
 #include <chrono>
+#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "config/duration.hpp"
@@ -16,7 +17,7 @@ namespace {
 
 constexpr double shortest_interval = 0.1;  // s
 
-struct Arguments {
+struct StatusArguments {
   std::vector<std::string> folders;
   std::string interval;
   bool json = false;
@@ -30,10 +31,10 @@ std::vector<RunView> look_at(const std::vector<std::string>& folders) {
 
 std::string text_of(const std::vector<RunView>& views, bool as_json) {
   if (!as_json) return views.size() == 1 ? status_lines(views.front()) : status_table(views);
-  if (views.size() == 1) return status_json(views.front()).text() + "\n";
-  std::string list;
-  for (const RunView& view : views) list += (list.empty() ? "" : ",\n") + status_json(view).text();
-  return fmt::format("[{}]\n", list);
+  if (views.size() == 1) return json_text(status_json(views.front())) + "\n";
+  Json list = Json::array();
+  for (const RunView& view : views) list.push_back(status_json(view));
+  return json_text(list) + "\n";
 }
 
 bool any_runs(const std::vector<RunView>& views) {
@@ -41,7 +42,7 @@ bool any_runs(const std::vector<RunView>& views) {
 }
 
 // Until no run has the state running. A killed run still has it.
-void watch(const Arguments& a, double interval) {
+void watch(const StatusArguments& a, double interval) {
   const bool on_terminal = ::isatty(STDOUT_FILENO) == 1;
   constexpr const char* clear = "\033[H\033[2J";
   while (true) {
@@ -64,7 +65,7 @@ void watch(const Arguments& a, double interval) {
 }  // namespace
 
 Command add_status(CLI::App& app) {
-  auto a = std::make_shared<Arguments>();
+  auto a = std::make_shared<StatusArguments>();
   app.add_option("folders", a->folders, "output folders of runs; several: a table with one line each")->type_name("DIR");
   auto* const watch_option =
       app.add_option("--watch", a->interval, "repeat at this interval until all runs have ended (default: 5s)")

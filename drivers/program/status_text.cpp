@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <ctime>
+#include <nlohmann/json.hpp>
 
 #include "program/human_text.hpp"
 
@@ -181,31 +182,56 @@ std::string status_table(const std::vector<RunView>& views) {
   return text;
 }
 
-JsonObject status_json(const RunView& view) {
+Json status_json(const RunView& view) {
   const RunFolder& run = view.run;
   const RunFigures& f = view.figures;
-  JsonObject shares, disk, json;
-  for (const auto& [name, share] : f.limiter_shares) shares.add(name, share);
+  const DiskUse& d = run.disk;
   const auto whole = [](double value) { return std::isfinite(value) ? static_cast<GlobalIndex>(value) : GlobalIndex{-1}; };
-  disk.add("checkpoints", whole(run.disk.checkpoints)).add("frames", whole(run.disk.frames));
-  disk.add("rest", whole(run.disk.rest)).add("total", whole(run.disk.total()));
-  json.add("folder", run.path).add("title", run.title).add("state", view.state()).add("reason", run.reason);
-  json.add("step", whole(f.step)).add("time", f.time);
-  json.add("end_time", run.end_time).add("done", f.done(run)).add("seconds_left", f.left(run));
-  json.add("steps_per_second", f.recent_steps_per_second).add("time_per_second", f.recent_time_per_second);
-  json.add("part_steps_per_second", f.part_steps_per_second).add("part_time_per_second", f.part_time_per_second);
-  json.add("dt", f.dt).add("limiter", f.limiter).add("limiter_shares", shares).add("rows", f.n_rows);
-  json.add("trials", whole(f.trials)).add("accepted_trials", whole(f.accepted)).add("rejected_steps", whole(f.rejected));
-  json.add("ranks", whole(run.n_ranks)).add("particles", whole(f.particles)).add("removed_particles", whole(f.removed));
-  json.add("imbalance", f.imbalance).add("mass", f.mass).add("max_speed", f.max_speed);
-  json.add("kinetic_energy", f.last.kinetic).add("elastic_energy", f.last.elastic);
-  json.add("gravitational_energy", f.last.gravitational).add("dissipated_energy", f.last.dissipated);
-  json.add("energy_change", f.last.sum() - f.first.sum()).add("energy_scale", f.energy_scale);
-  json.add("disk", disk).add("frames", run.disk.n_frames);
-  json.add("checkpoint", run.checkpoints.empty() ? std::string() : run.checkpoints.back().path);
-  json.add("checkpoint_step", run.checkpoints.empty() ? GlobalIndex{-1} : run.checkpoints.back().step);
-  json.add("seconds_since_sign", run.age).add("host", run.host).add("continuation", run.continuation);
-  return json;
+  Json shares = Json::object();
+  for (const auto& [name, share] : f.limiter_shares) shares[name] = rounded(share);
+  return {{"folder", run.path},
+          {"title", run.title},
+          {"state", view.state()},
+          {"reason", run.reason},
+          {"step", whole(f.step)},
+          {"time", rounded(f.time)},
+          {"end_time", rounded(run.end_time)},
+          {"done", rounded(f.done(run))},
+          {"seconds_left", rounded(f.left(run))},
+          {"steps_per_second", rounded(f.recent_steps_per_second)},
+          {"time_per_second", rounded(f.recent_time_per_second)},
+          {"part_steps_per_second", rounded(f.part_steps_per_second)},
+          {"part_time_per_second", rounded(f.part_time_per_second)},
+          {"dt", rounded(f.dt)},
+          {"limiter", f.limiter},
+          {"limiter_shares", shares},
+          {"rows", f.n_rows},
+          {"trials", whole(f.trials)},
+          {"accepted_trials", whole(f.accepted)},
+          {"rejected_steps", whole(f.rejected)},
+          {"ranks", whole(run.n_ranks)},
+          {"particles", whole(f.particles)},
+          {"removed_particles", whole(f.removed)},
+          {"imbalance", rounded(f.imbalance)},
+          {"mass", rounded(f.mass)},
+          {"max_speed", rounded(f.max_speed)},
+          {"kinetic_energy", rounded(f.last.kinetic)},
+          {"elastic_energy", rounded(f.last.elastic)},
+          {"gravitational_energy", rounded(f.last.gravitational)},
+          {"dissipated_energy", rounded(f.last.dissipated)},
+          {"energy_change", rounded(f.last.sum() - f.first.sum())},
+          {"energy_scale", rounded(f.energy_scale)},
+          {"disk",
+           {{"checkpoints", whole(d.checkpoints)},
+            {"frames", whole(d.frames)},
+            {"rest", whole(d.rest)},
+            {"total", whole(d.total())}}},
+          {"frames", d.n_frames},
+          {"checkpoint", run.checkpoints.empty() ? "" : run.checkpoints.back().path},
+          {"checkpoint_step", run.checkpoints.empty() ? GlobalIndex{-1} : run.checkpoints.back().step},
+          {"seconds_since_sign", rounded(run.age)},
+          {"host", run.host},
+          {"continuation", run.continuation}};
 }
 
 }  // namespace bulkley

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "program/json.hpp"
+#include "io/files/json_text.hpp"
 #include "program/run_figures.hpp"
 #include "program/run_folder.hpp"
 
@@ -21,7 +21,7 @@ struct RunView {
   bool silent() const { return run.silent(figures.seconds_per_step); }
 };
 
-/// Terms common to the report and the lines of status.
+/// Texts that the report and the lines of status share.
 std::string progress_text(const RunView& view);
 std::string rate_text(const RunView& view);
 std::string left_text(const RunView& view);
@@ -41,6 +41,6 @@ std::string status_lines(const RunView& view);
 std::string status_line(const RunView& view);
 /// A line of names and one a run.
 std::string status_table(const std::vector<RunView>& views);
-JsonObject status_json(const RunView& view);
+Json status_json(const RunView& view);
 
 }  // namespace bulkley

@@ -6,6 +6,23 @@
 #include <queue>
 #include <set>
 
+// How loads are made equal.
+//
+// Every move of a tile has a gain: the nodes that cease to be shared between parts less those that come to be shared. Three
+// tools move tiles. They choose single tiles by the largest gain, so that borders stay short, and break ties in a fixed
+// order, so that the result is always the same.
+// - Polishing moves a single tile out of the most loaded part into a part that touches it, as long as the larger of the two
+//   loads falls. Where no touching part has room, the separate piece of the part that fits best goes to the least
+//   loaded part instead.
+// - Flows: parts are the vertices of a graph, with an edge where they touch. The potentials u with (Laplacian of the graph)
+//   u = load - mean give the flow u_p - u_q over each edge; of all flows that make the loads equal it has the least sum of
+//   squares (Hu, Blake & Emerson 1998). Flows are carried out tile by tile, from high potentials to low: a part has then
+//   received what it has to pass on. Since tiles are not divided, it takes a few rounds.
+// - Direct relief pairs the part with the largest excess with the one with the largest deficit, wherever they lie. The first
+//   tile is the one whose removal costs least; later ones join it, because their gain counts the nodes they share with it.
+// `diffused` polishes, and uses flows only where polishing gets stuck and flows end with a load at least 1 % of the mean
+// lower: they shift every border. `relieved` does direct relief and then polishes.
+
 namespace bulkley {
 
 namespace {
@@ -38,7 +55,7 @@ class Diffusion {
     for (const Flow& flow : flows()) carry_out(flow);
   }
 
-  // Surplus of the fuller parts over the mean to the emptier ones, the fullest to the emptiest first.
+  // Excess of overloaded parts over the mean to underloaded ones, the largest excess to the largest deficit first.
   void relieve_directly() {
     std::vector<std::pair<double, int>> excess;
     for (int p = 0; p < n_parts_; ++p) excess.emplace_back(static_cast<double>(part_load_[p]) - mean_, p);
@@ -53,7 +70,7 @@ class Diffusion {
     }
   }
 
-  // Moves single tiles, or pieces, out of the fullest part as long as that lowers the larger of the two loads.
+  // Moves single tiles, or pieces, out of the most loaded part as long as that lowers the larger of the two loads.
   void polish(double tolerance) {
     for (int n = 0; n < 4 * n_parts_ && largest() > tolerance; ++n)
       if (!relieve(static_cast<int>(std::max_element(part_load_.begin(), part_load_.end()) - part_load_.begin()))) return;
@@ -177,8 +194,8 @@ class Diffusion {
     return true;
   }
 
-  // A drop, or whatever else hangs together, to the emptiest part: the parts around it may all be full, or there may be
-  // none.
+  // A separate piece of the part, such as a drop, to the least loaded part: all parts that touch it may be full, or there
+  // may be none.
   bool pass_piece(int full) {
     const int to = static_cast<int>(std::min_element(part_load_.begin(), part_load_.end()) - part_load_.begin());
     const std::vector<std::vector<std::int32_t>> pieces = pieces_of(full);

@@ -18,19 +18,18 @@ namespace bulkley {
 
 namespace {
 
-// Boxes stay until they are this much more uneven than when they were cut.
+// Boxes stay until their imbalance has grown by this factor since they were cut.
 constexpr double boxes_slack = 1.2;
 
 // So much faster must a step be than with boxes. Boxes are cut across x and y first, so that what falls and spreads stays
-// with its rank; how long the loads of another map stay even is not foreseen.
+// with its rank; how long the loads of another map stay even is not predicted.
 constexpr double worth_leaving_boxes = 1.02;
 
-// Numbers the parts so that, greedily, most load stays with the rank that has it (`worker` by TileIndex).
-std::vector<std::int32_t> relabelled(const TileLoad& load, const std::vector<std::int32_t>& part,
-                                     const std::vector<std::int32_t>& worker, int n_ranks) {
+// Numbers the parts so that, greedily, most load stays with the rank that has it.
+std::vector<std::int32_t> relabelled(const TileLoad& load, const std::vector<std::int32_t>& part, const TileMap& present) {
+  const int n_ranks = present.n_ranks();
   std::map<std::pair<std::int32_t, std::int32_t>, GlobalIndex> overlap;  // of {part, rank}
-  for (std::size_t t = 0; t < load.size(); ++t)
-    overlap[{part[t], worker[static_cast<std::size_t>(load.tile[t])]}] += load.weight[t];
+  for (std::size_t t = 0; t < load.size(); ++t) overlap[{part[t], present.owner(load.tile[t])}] += load.weight[t];
   std::vector<std::pair<GlobalIndex, std::pair<std::int32_t, std::int32_t>>> order;
   for (const auto& [pair, weight] : overlap) order.emplace_back(-weight, pair);
   std::sort(order.begin(), order.end());
@@ -54,14 +53,14 @@ std::vector<std::int32_t> relabelled(const TileLoad& load, const std::vector<std
   return result;
 }
 
-// Workers of all tiles from those of the loaded ones: an empty tile joins the first neighbour by a face that has a worker,
-// layer by layer. Without any load `otherwise` stays.
-std::vector<std::int32_t> spread(const GridGeometry& grid, const TileLoad& load, const std::vector<std::int32_t>& part,
-                                 const std::vector<std::int32_t>& otherwise) {
+// Owners of all tiles from those of the loaded ones, `part`: an empty tile joins the first neighbour by a face that has an
+// owner, layer by layer. Without any load `otherwise` stays.
+TileMap spread(const GridGeometry& grid, const TileLoad& load, int n_ranks, const std::vector<std::int32_t>& part,
+               const TileMap& otherwise) {
   if (load.size() == 0) return otherwise;
-  std::vector<std::int32_t> worker(static_cast<std::size_t>(grid.n_tiles()), -1);
+  std::vector<std::int32_t> owner(static_cast<std::size_t>(grid.n_tiles()), -1);
   std::vector<TileIndex> layer = load.tile, next;
-  for (std::size_t t = 0; t < load.size(); ++t) worker[static_cast<std::size_t>(load.tile[t])] = part[t];
+  for (std::size_t t = 0; t < load.size(); ++t) owner[static_cast<std::size_t>(load.tile[t])] = part[t];
   while (!layer.empty()) {
     next.clear();
     for (const TileIndex tile : layer) {
@@ -71,20 +70,21 @@ std::vector<std::int32_t> spread(const GridGeometry& grid, const TileLoad& load,
           Int3 step{0, 0, 0};
           step[axis] = d;
           const TileIndex there = grid.neighbour(here, step);
-          if (there < 0 || worker[static_cast<std::size_t>(there)] >= 0) continue;
-          worker[static_cast<std::size_t>(there)] = worker[static_cast<std::size_t>(tile)];
+          if (there < 0 || owner[static_cast<std::size_t>(there)] >= 0) continue;
+          owner[static_cast<std::size_t>(there)] = owner[static_cast<std::size_t>(tile)];
           next.push_back(there);
         }
     }
     layer.swap(next);
   }
-  return worker;
+  return {n_ranks, std::move(owner)};
 }
 
-std::vector<std::int32_t> parts_of(const Partition& partition, const TileLoad& load) {
+// Owners of the loaded tiles.
+std::vector<std::int32_t> parts_of(const TileMap& map, const TileLoad& load) {
   std::vector<std::int32_t> part;
   part.reserve(load.size());
-  for (const TileIndex tile : load.tile) part.push_back(partition.worker[static_cast<std::size_t>(tile)]);
+  for (const TileIndex tile : load.tile) part.push_back(map.owner(tile));
   return part;
 }
 
@@ -94,27 +94,27 @@ std::vector<std::int32_t> free_parts(const GridGeometry& grid, const TileLoad& l
     const TileGraph graph = tile_graph(grid, load);
     std::string fault;
     if (auto part = graph_parts(graph, load, n_ranks, fault))
-      return diffused(graph, load, std::move(*part), n_ranks, even_enough);
+      return diffused(graph, load, std::move(*part), n_ranks, target_imbalance);
     notes.method = PartitionMethod::hilbert;
     notes.warnings.push_back(fmt::format("METIS cannot divide the tiles ({}); they are cut along a Hilbert curve", fault));
   }
   return hilbert_parts(grid, load, n_ranks);
 }
 
-// Those of `present` while they will do.
+// Those of `present` while their imbalance allows.
 std::optional<Boxes> boxes_for(const GridGeometry& grid, const TileLoad& load, int n_ranks, const Partition* present) {
   if (present && present->boxes && box_imbalance(grid, *present->boxes, load) <= boxes_slack * present->boxes->imbalance)
     return present->boxes;
   return cut_boxes(grid, false, load, n_ranks);
 }
 
-// Workers where no load decides: the owners of the boxes, or, where there are none, equal runs of the Hilbert curve through
-// all tiles. That takes much memory on a large grid, and nobody asks for it where there is a load: then empty.
-std::vector<std::int32_t> idle_workers(const GridGeometry& grid, const std::optional<Boxes>& boxes, const TileLoad& load,
-                                       int n_ranks) {
-  if (boxes) return box_owners(grid, *boxes);
-  if (load.size() > 0) return {};
-  return hilbert_parts(grid, tile_load(std::vector<GlobalIndex>(static_cast<std::size_t>(grid.n_tiles()), 1)), n_ranks);
+// The map where no load decides: that of the boxes, or, where there are none, equal runs of the Hilbert curve through all
+// tiles. That takes much memory on a large grid and is not needed where there is a load: then without tiles.
+TileMap map_without_load(const GridGeometry& grid, const std::optional<Boxes>& boxes, const TileLoad& load, int n_ranks) {
+  if (boxes) return map_of_boxes(grid, *boxes);
+  if (load.size() > 0) return {n_ranks, {}};
+  const TileLoad equal = tile_load(std::vector<GlobalIndex>(static_cast<std::size_t>(grid.n_tiles()), 1));
+  return {n_ranks, hilbert_parts(grid, equal, n_ranks)};
 }
 
 Partition partition_of_boxes(const GridGeometry& grid, bool uniform, const TileLoad& load, int n_ranks) {
@@ -122,7 +122,8 @@ Partition partition_of_boxes(const GridGeometry& grid, bool uniform, const TileL
   if (!boxes)
     throw UsageError(fmt::format("{}; use another number of ranks, a finer grid, or partition.method = \"auto\"",
                                  box_fault(grid, n_ranks)));
-  return {n_ranks, box_owners(grid, *boxes), std::move(boxes)};
+  TileMap map = map_of_boxes(grid, *boxes);
+  return {std::move(map), std::move(boxes)};
 }
 
 }  // namespace
@@ -137,30 +138,30 @@ Partition make_partition(const GridGeometry& grid, const PartitionSettings& sett
     return partition_of_boxes(grid, note.method == PartitionMethod::uniform, load, n_ranks);
   }
   const std::optional<Boxes> boxes = boxes_for(grid, load, n_ranks, present);
-  const std::vector<std::int32_t> idle = idle_workers(grid, boxes, load, n_ranks);
-  const std::vector<std::int32_t>& before = present ? present->worker : idle;
+  const TileMap idle = map_without_load(grid, boxes, load, n_ranks);
+  const TileMap& before = present ? present->map : idle;
   const auto by = [&](PartitionMethod method) {
     note.method = method;
     std::vector<std::int32_t> part = free_parts(grid, load, n_ranks, note);
-    if (!before.empty()) part = relabelled(load, part, before, n_ranks);
-    return Partition{n_ranks, spread(grid, load, part, idle), boxes};
+    if (before.n_tiles() > 0) part = relabelled(load, part, before);
+    return Partition{spread(grid, load, n_ranks, part, idle), boxes};
   };
   if (settings.method != PartitionMethod::automatic) return by(settings.method);
 
-  // Boxes have the fewest neighbours, METIS shares fewer nodes than the curve, the curve is evenest.
+  // Boxes have the fewest neighbours, METIS shares fewer nodes than the curve, the curve has the least imbalance.
   const auto time_of = [&](const Partition& partition) {
-    return predicted_step(predict_traffic(grid, partition, load), cost);
+    return predicted_step(predict_traffic(grid, partition.map, load), cost);
   };
-  Partition best{n_ranks, idle, boxes};
+  Partition best{idle, boxes};
   PartitionNotes best_note{PartitionMethod::ranges, false, {}};
   double fastest = std::numeric_limits<double>::infinity();
   if (boxes) {
     fastest = time_of(best);
-    Partition evened = std::move(rebalanced(grid, load, best)[0]);
-    if (const double time = time_of(evened); time < fastest) {
+    Partition shifted = std::move(rebalanced(grid, load, best)[0]);
+    if (const double time = time_of(shifted); time < fastest) {
       fastest = time;
-      best = std::move(evened);
-      best_note.evened = true;
+      best = std::move(shifted);
+      best_note.rebalanced = true;
     }
     fastest /= worth_leaving_boxes;
   }
@@ -179,11 +180,12 @@ Partition make_partition(const GridGeometry& grid, const PartitionSettings& sett
 
 std::array<Partition, 2> rebalanced(const GridGeometry& grid, const TileLoad& load, const Partition& present) {
   const TileGraph graph = tile_graph(grid, load);
-  const std::vector<std::int32_t> before = parts_of(present, load);
+  const std::vector<std::int32_t> before = parts_of(present.map, load);
+  const int n_ranks = present.map.n_ranks();
   std::array<Partition, 2> result{present, present};
   for (std::size_t way = 0; way < 2; ++way) {
     const auto moved = way == 0 ? diffused : relieved;
-    result[way].worker = spread(grid, load, moved(graph, load, before, present.n_ranks, even_enough), present.worker);
+    result[way].map = spread(grid, load, n_ranks, moved(graph, load, before, n_ranks, target_imbalance), present.map);
   }
   return result;
 }
@@ -193,17 +195,7 @@ std::string boxes_text(const std::optional<Boxes>& boxes) {
   return fmt::format(" ({} x {} x {})", boxes->n_ranks[0], boxes->n_ranks[1], boxes->n_ranks[2]);
 }
 
-Int3 separable_tiles(const GridGeometry& grid) {
-  Int3 n;
-  for (int axis = 0; axis < 3; ++axis) {
-    const int behind = grid.n_cells[axis] + grid.node_offset(axis) + 1;
-    const bool apart = !grid.periodic[axis] && behind / tile_width != (behind - 2) / tile_width;
-    n[axis] = grid.n_tiles(axis) - (apart ? 1 : 0);
-  }
-  return n;
-}
-
-std::vector<std::int32_t> box_owners(const GridGeometry& grid, const Boxes& boxes) {
+TileMap map_of_boxes(const GridGeometry& grid, const Boxes& boxes) {
   std::array<std::vector<int>, 3> process;  // along each axis, by tile
   for (int axis = 0; axis < 3; ++axis)
     for (std::size_t p = 0; p < boxes.nodes[axis].size(); ++p)
@@ -213,14 +205,7 @@ std::vector<std::int32_t> box_owners(const GridGeometry& grid, const Boxes& boxe
   for (const int x : process[0])
     for (const int y : process[1])
       for (const int z : process[2]) owner.push_back(boxes.rank_of({x, y, z}));
-  return owner;
-}
-
-std::vector<GlobalIndex> rank_loads(const Partition& partition, const TileLoad& load, int n_ranks) {
-  std::vector<GlobalIndex> of_rank(static_cast<std::size_t>(n_ranks), 0);
-  for (std::size_t t = 0; t < load.size(); ++t)
-    of_rank[static_cast<std::size_t>(partition.worker[static_cast<std::size_t>(load.tile[t])])] += load.weight[t];
-  return of_rank;
+  return {boxes.n_ranks[0] * boxes.n_ranks[1] * boxes.n_ranks[2], std::move(owner)};
 }
 
 double imbalance(const std::vector<GlobalIndex>& values) {
@@ -230,13 +215,22 @@ double imbalance(const std::vector<GlobalIndex>& values) {
          static_cast<double>(total);
 }
 
-GlobalIndex n_moved(const Partition& from, const Partition& to, const TileLoad& load) {
+GlobalIndex n_moved(const TileMap& from, const TileMap& to, const TileLoad& load) {
   GlobalIndex n = 0;
-  for (std::size_t t = 0; t < load.size(); ++t) {
-    const auto tile = static_cast<std::size_t>(load.tile[t]);
-    if (from.worker[tile] != to.worker[tile]) n += load.count[t];
-  }
+  for (std::size_t t = 0; t < load.size(); ++t)
+    if (from.owner(load.tile[t]) != to.owner(load.tile[t])) n += load.count[t];
   return n;
+}
+
+GlobalIndex busiest_moves(const TileMap& from, const TileMap& to, const TileLoad& load) {
+  std::vector<GlobalIndex> of_rank(static_cast<std::size_t>(from.n_ranks()), 0);
+  for (std::size_t t = 0; t < load.size(); ++t) {
+    const std::int32_t before = from.owner(load.tile[t]), after = to.owner(load.tile[t]);
+    if (before == after) continue;
+    of_rank[static_cast<std::size_t>(before)] += load.count[t];
+    of_rank[static_cast<std::size_t>(after)] += load.count[t];
+  }
+  return *std::max_element(of_rank.begin(), of_rank.end());
 }
 
 }  // namespace bulkley

@@ -5,7 +5,7 @@ namespace bulkley {
 
 enum class PartitionMethod {
   uniform,    ///< equal numbers of tiles per rank along each axis
-  ranges,     ///< DMDA ownership ranges chosen for the smallest largest load
+  ranges,     ///< boxes cut for the smallest largest load
   hilbert,    ///< chunks of a Hilbert curve through the tiles that hold particles
   metis,      ///< parts of the graph of those tiles
   automatic,  ///< whichever is predicted to be fastest, as long as a change pays
@@ -13,7 +13,7 @@ enum class PartitionMethod {
 
 struct PartitionSettings {
   PartitionMethod method = PartitionMethod::automatic;
-  int decision_interval = 100;  ///< `automatic`: fewest steps between looks at the balance without need; 0: no looks at all
+  int decision_interval = 100;  ///< `automatic`: steps between imbalance checks, at least; 0: no checks
   int remake_interval = 0;      ///< steps between two new maps, whether they pay or not; 0: none
 };
 

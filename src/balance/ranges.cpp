@@ -5,6 +5,20 @@
 #include <algorithm>
 #include <numeric>
 
+// How cuts are found.
+//
+// A chain of loads is cut by bisection of the bound: for a given bound, parts are filled greedily from the left, which
+// succeeds if and only if any cuts keep below the bound. The smallest bound that succeeds, to 1e-4 of the mean, is the
+// largest load. A second pass with that bound from the right says how far left each cut may lie; between the two limits
+// every cut goes as near as possible to where it is wanted (equal parts).
+// Boxes are cuts along three axes at once, which has no such simple optimum. So each axis is cut as a chain of layers of
+// tiles, where a layer counts the loads of all columns that the cuts of the other two axes make, and no column may exceed
+// the bound. The axes take turns until none lowers the largest load of a box; then the cuts move
+// towards equal parts as far as 2 % more load allow. Loads of boxes come from a summed-area table,
+// eight look-ups each.
+// This is done for every way to write the number of ranks as a product of three; of the results within 5 % of the smallest
+// largest load the one with the least cut surface is taken. Memory: one number a tile.
+
 namespace bulkley {
 
 namespace {

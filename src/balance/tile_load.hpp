@@ -10,8 +10,8 @@
 
 namespace bulkley {
 
-/// What one step costs, ns. A run measures its own (solver/balancer.hpp); until then, and to predict, these stand for a
-/// recent processor. Only their ratios decide how tiles are shared out.
+/// What one step costs, ns. A run measures its own (Balancer); until then, and for predictions, these are those of a
+/// recent processor. Only their ratios decide how tiles are divided.
 struct CostModel {
   std::vector<double> particle;  ///< by material; beyond its end `default_particle`
   double node = 5.0;             ///< of each node of a tile that holds particles

@@ -49,15 +49,14 @@ NodeMask existing_nodes(const GridGeometry& grid, const Int3& tile) {
 Int3 step_of(int s) { return {s & 1, s >> 1 & 1, s >> 2 & 1}; }
 
 // Calls visit(coordinates, rank, nodes) for every tile of nodes that footprints of `tiles` (ascending) reach and every rank
-// among their workers. Coordinates are as pools number nodes: they do not wrap, so that along a periodic axis footprints end
+// among their owners. Coordinates are as pools number nodes: they do not wrap, so that along a periodic axis footprints end
 // beyond the last tile.
 template <class Visit>
-void visit_reached(const GridGeometry& grid, const Partition& partition, const std::vector<TileIndex>& tiles, Visit visit) {
+void visit_reached(const GridGeometry& grid, const TileMap& map, const std::vector<TileIndex>& tiles, Visit visit) {
   const std::array<NodeMask, 8> masks = reached_masks(grid);
   const Int3 n{grid.n_tiles(0), grid.n_tiles(1), grid.n_tiles(2)};
-  std::vector<std::int32_t> worker(static_cast<std::size_t>(grid.n_tiles()), -1);  // of the tiles in question
-  for (const TileIndex tile : tiles)
-    worker[static_cast<std::size_t>(tile)] = partition.worker[static_cast<std::size_t>(tile)];
+  std::vector<bool> given(static_cast<std::size_t>(grid.n_tiles()), false);  // the tiles in question
+  for (const TileIndex tile : tiles) given[static_cast<std::size_t>(tile)] = true;
   std::vector<bool> visited(static_cast<std::size_t>(n[0] + 1) * (n[1] + 1) * (n[2] + 1), false);
   for (const TileIndex tile : tiles) {
     const Int3 from = grid.tile_coordinates(tile);
@@ -75,8 +74,8 @@ void visit_reached(const GridGeometry& grid, const Partition& partition, const s
         const Int3 source{at[0] - d[0], at[1] - d[1], at[2] - d[2]};
         bool inside = true;
         for (int axis = 0; axis < 3; ++axis) inside = inside && source[axis] >= 0 && source[axis] < n[axis];
-        const std::int32_t rank = inside ? worker[static_cast<std::size_t>(grid.tile_index(source))] : -1;
-        if (rank < 0) continue;
+        if (!inside || !given[static_cast<std::size_t>(grid.tile_index(source))]) continue;
+        const std::int32_t rank = map.owner(grid.tile_index(source));
         int k = 0;
         while (k < n_found && ranks[k] != rank) ++k;
         if (k == n_found) ranks[n_found] = rank, nodes[n_found++] = 0;
@@ -87,13 +86,12 @@ void visit_reached(const GridGeometry& grid, const Partition& partition, const s
   }
 }
 
-// The tiles of the pools of all ranks; each has one worker, in whose pool it is.
-std::vector<TileIndex> pool_tiles(const GridGeometry& grid, const Partition& partition, const TileLoad& load) {
-  const auto& worker = partition.worker;
+// The tiles of the pools of all ranks; each is in its owner's pool.
+std::vector<TileIndex> pool_tiles(const GridGeometry& grid, const TileMap& map, const TileLoad& load) {
   std::vector<TileIndex> tiles;
   for (std::size_t t = 0; t < load.size(); ++t)
     visit_reach(grid, grid.tile_coordinates(load.tile[t]), load.cells[t], [&](TileIndex there) {
-      if (worker[static_cast<std::size_t>(there)] == worker[static_cast<std::size_t>(load.tile[t])]) tiles.push_back(there);
+      if (map.owner(there) == map.owner(load.tile[t])) tiles.push_back(there);
     });
   std::sort(tiles.begin(), tiles.end());
   tiles.erase(std::unique(tiles.begin(), tiles.end()), tiles.end());
@@ -102,20 +100,20 @@ std::vector<TileIndex> pool_tiles(const GridGeometry& grid, const Partition& par
 
 }  // namespace
 
-std::vector<RankTraffic> predict_traffic(const GridGeometry& grid, const Partition& partition, const TileLoad& load) {
-  std::vector<RankTraffic> traffic(static_cast<std::size_t>(partition.n_ranks));
+std::vector<RankTraffic> predict_traffic(const GridGeometry& grid, const TileMap& map, const TileLoad& load) {
+  std::vector<RankTraffic> traffic(static_cast<std::size_t>(map.n_ranks()));
   const auto rank_at = [&](int rank) -> RankTraffic& { return traffic[static_cast<std::size_t>(rank)]; };
   for (std::size_t t = 0; t < load.size(); ++t) {
-    RankTraffic& rank = rank_at(partition.worker[static_cast<std::size_t>(load.tile[t])]);
+    RankTraffic& rank = rank_at(map.owner(load.tile[t]));
     rank.load += load.weight[t];
     rank.n_particles += load.count[t];
   }
 
-  const std::vector<TileIndex> tiles = pool_tiles(grid, partition, load);
-  for (const TileIndex tile : tiles) ++rank_at(partition.worker[static_cast<std::size_t>(tile)]).n_tiles;
-  const NodeOwner owner(grid, partition.worker);
-  std::vector<std::pair<std::int32_t, std::int32_t>> routes;  // {worker, owner}
-  visit_reached(grid, partition, tiles, [&](const Int3& at, std::int32_t rank, NodeMask nodes) {
+  const std::vector<TileIndex> tiles = pool_tiles(grid, map, load);
+  for (const TileIndex tile : tiles) ++rank_at(map.owner(tile)).n_tiles;
+  const NodeOwner owner(grid, map);
+  std::vector<std::pair<std::int32_t, std::int32_t>> routes;  // {sender, owner of nodes}
+  visit_reached(grid, map, tiles, [&](const Int3& at, std::int32_t rank, NodeMask nodes) {
     rank_at(rank).n_pool_nodes += std::popcount(nodes);
     Int3 wrapped = at;
     for (int axis = 0; axis < 3; ++axis) {
@@ -142,11 +140,11 @@ std::vector<RankTraffic> predict_traffic(const GridGeometry& grid, const Partiti
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
   for (const auto& pair : pairs) ++rank_at(pair.first).n_neighbours;
 
-  visit_reached(grid, partition, load.tile, [&](const Int3& at, std::int32_t rank, NodeMask nodes) {
+  visit_reached(grid, map, load.tile, [&](const Int3& at, std::int32_t rank, NodeMask nodes) {
     bool inside = true;
     for (int axis = 0; axis < 3; ++axis) inside = inside && at[axis] < grid.n_tiles(axis);
     const bool own = inside && std::binary_search(load.tile.begin(), load.tile.end(), grid.tile_index(at)) &&
-                     partition.worker[static_cast<std::size_t>(grid.tile_index(at))] == rank;
+                     map.owner(grid.tile_index(at)) == rank;
     (own ? rank_at(rank).n_worked_nodes : rank_at(rank).n_halo_nodes) += std::popcount(nodes);
   });
   return traffic;

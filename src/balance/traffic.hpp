@@ -1,5 +1,5 @@
 #pragma once
-// What a partition makes ranks do in every step, computed from tiles alone.
+// What a map of tiles makes ranks do in every step, computed from tiles alone.
 
 #include <vector>
 
@@ -23,7 +23,7 @@ struct RankTraffic {
 
 /// Exact for particles as the load has them: the pools, bytes and messages are those that Exchange would make. Not
 /// collective.
-std::vector<RankTraffic> predict_traffic(const GridGeometry& grid, const Partition& partition, const TileLoad& load);
+std::vector<RankTraffic> predict_traffic(const GridGeometry& grid, const TileMap& map, const TileLoad& load);
 
 /// Seconds of a step that the bytes and messages of the busiest rank take, in all its exchanges. Not collective.
 double predicted_exchange(const std::vector<RankTraffic>& traffic, const CostModel& cost);

@@ -29,4 +29,15 @@ inline Real rounded(Real value, Real constant) {
   return (value + constant) - constant;
 }
 
+/// Adds `value` to `sums` in slices: to the first rounded by the first constant, to each of the others what is left, rounded
+/// by the next. What is left after the last is dropped.
+template <int n, class Real>
+inline void add_slices(Real value, const Real (&constants)[n], Real (&sums)[n]) {
+  for (int k = 0; k < n; ++k) {
+    const Real slice = rounded(value, constants[k]);
+    sums[k] += slice;
+    value -= slice;
+  }
+}
+
 }  // namespace bulkley

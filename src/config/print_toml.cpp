@@ -3,32 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/text.hpp"
 #include "bulkley/config/toml.hpp"
 
 namespace bulkley::config {
 namespace {
 
-std::string quoted(const std::string& text) {
-  std::string result = "\"";
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (c == '"' || c == '\\')
-      result += fmt::format("\\{}", c);
-    else if (c == '\n')
-      result += "\\n";
-    else if (c == '\t')
-      result += "\\t";
-    else if (byte < 0x20 || byte == 0x7f)
-      result += fmt::format("\\u{:04X}", byte);
-    else
-      result += c;
-  }
-  return result + "\"";
-}
-
 std::string key_text(const std::string& key) {
   const auto bare = [](unsigned char c) { return std::isalnum(c) || c == '_' || c == '-'; };
-  return !key.empty() && std::all_of(key.begin(), key.end(), bare) ? key : quoted(key);
+  return !key.empty() && std::all_of(key.begin(), key.end(), bare) ? key : toml_string(key);
 }
 
 /// The shortest digits that give back the same bits, marked as a floating-point number.
@@ -73,7 +56,7 @@ std::string print_inline(const Value& value) {
     case Kind::number:
       return number_text(value.number);
     case Kind::text:
-      return quoted(value.text);
+      return toml_string(value.text);
     case Kind::list:
       for (const Value& item : value.items) result += (result.empty() ? "" : ", ") + print_inline(item);
       return "[" + result + "]";

@@ -36,6 +36,14 @@ std::string Range::words() const {
 
 std::string Range::symbols() const { return ends(*this, lower_excluded ? ">" : ">=", upper_excluded ? "<" : "<=", ", "); }
 
+std::optional<std::string> number_fault(const std::string& name, double value, const Range& range, bool may_be_infinite) {
+  const std::string words = range.words();
+  if (std::isnan(value)) return name + " is not given" + (words.empty() ? "" : "; it must be " + words);
+  if (!range.contains(value)) return fmt::format("{} = {} must be {}", name, value, words);
+  if (std::isinf(value) && !may_be_infinite) return fmt::format("{} = {} must be finite", name, value);
+  return std::nullopt;
+}
+
 std::string print_reference(const std::vector<TableText>& tables) {
   std::string page;
   for (const TableText& table : tables) {

@@ -49,6 +49,14 @@ std::vector<std::int32_t> trade(const Comm& comm, const std::vector<MessageSize>
   return received;
 }
 
+// The numbers of nodes as one array, and those of node n.
+const double* numbers(const Node* nodes) { return reinterpret_cast<const double*>(nodes); }
+double* numbers(Node* nodes) { return reinterpret_cast<double*>(nodes); }
+template <int n_numbers, class Number>
+Number* numbers_of(Number* nodes, LocalIndex n) {
+  return nodes + std::ptrdiff_t{n} * n_numbers;
+}
+
 }  // namespace
 
 // The nodes of a pool by the tile that they lie in.
@@ -56,18 +64,16 @@ struct Exchange::Reach {
   std::vector<TilePiece> mine, others;  // others: by rank and tile
 };
 
-Exchange::Exchange(const Comm& comm, const GridGeometry& grid, const std::vector<std::int32_t>& worker,
-                   const PoolLayout& pool) {
+Exchange::Exchange(const Comm& comm, const GridGeometry& grid, const TileMap& map, const PoolLayout& pool) {
   static_assert(sizeof(Node) == 4 * sizeof(double));
   BULKLEY_MPI(MPI_Type_contiguous(4, MPI_DOUBLE, &node_type_));
   BULKLEY_MPI(MPI_Type_commit(&node_type_));
-  Reach reach = divide(grid, worker, pool, comm.rank());
+  Reach reach = divide(grid, map, pool, comm.rank());
   connect(comm, grid, reach);
 }
 
-Exchange::Reach Exchange::divide(const GridGeometry& grid, const std::vector<std::int32_t>& worker, const PoolLayout& pool,
-                                 int rank) {
-  const NodeOwner owner(grid, worker);
+Exchange::Reach Exchange::divide(const GridGeometry& grid, const TileMap& map, const PoolLayout& pool, int rank) {
+  const NodeOwner owner(grid, map);
   const auto wrapped = [&](int axis, int index) {
     return grid.periodic[axis] && index >= grid.n_nodes(axis) ? index - grid.n_nodes(axis) : index;
   };
@@ -177,21 +183,6 @@ std::vector<Int3> Exchange::active_positions() const {
   return positions;
 }
 
-void Exchange::store(const Comm& comm, const Node* owned, const Grid& grid, Node* global) const {
-  std::vector<PetscSFNode> roots;
-  for (const Int3& node : active_positions()) {
-    const Grid::Location at = grid.locate(node);
-    roots.push_back({at.rank, at.index});
-  }
-  std::vector<PetscInt> leaves(active_.begin(), active_.end());
-  SfHandle sf;
-  BULKLEY_PETSC(PetscSFCreate(comm.get(), sf.put()));
-  BULKLEY_PETSC(PetscSFSetGraph(sf.get(), grid.n_owned(), static_cast<PetscInt>(leaves.size()), leaves.data(),
-                                PETSC_COPY_VALUES, roots.data(), PETSC_COPY_VALUES));
-  BULKLEY_PETSC(PetscSFReduceBegin(sf.get(), node_type_, owned, global, MPI_REPLACE));
-  BULKLEY_PETSC(PetscSFReduceEnd(sf.get(), node_type_, owned, global, MPI_REPLACE));
-}
-
 // Divides the pieces that this rank owns into first_ and again_. Returns the owned nodes that they reach, ascending.
 std::vector<LocalIndex> Exchange::reach_locally(std::vector<Piece> pieces) {
   std::sort(pieces.begin(), pieces.end(), [](const Piece& a, const Piece& b) { return a.owned < b.owned; });
@@ -210,28 +201,42 @@ std::vector<LocalIndex> Exchange::reach_locally(std::vector<Piece> pieces) {
 Exchange::~Exchange() { BULKLEY_MPI(MPI_Type_free(&node_type_)); }
 
 // Sums begin at +0 and thus never become -0: 0 + -0 is 0.
-void Exchange::add(const Node* pool, Node* owned) {
-  BULKLEY_PETSC(PetscSFReduceBegin(sf_.get(), node_type_, pool, owned, MPI_SUM));
-  for (const Piece& piece : first_)
-    for (LocalIndex n = 0; n < piece.count; ++n)
-      for (int c = 0; c < 4; ++c) owned[piece.owned + n].c[c] = 0.0 + pool[piece.pool + n].c[c];
-  for (const LocalIndex n : only_others_) owned[n] = Node{};
-  for (const Piece& piece : again_)
-    for (LocalIndex n = 0; n < piece.count; ++n)
-      for (int c = 0; c < 4; ++c) owned[piece.owned + n].c[c] += pool[piece.pool + n].c[c];
+template <int n_numbers>
+void Exchange::add_numbers(MPI_Datatype type, const double* pool, double* owned) {
+  BULKLEY_PETSC(PetscSFReduceBegin(sf_.get(), type, pool, owned, MPI_SUM));
+  for (const Piece& piece : first_) {
+    const double* const from = numbers_of<n_numbers>(pool, piece.pool);
+    double* const to = numbers_of<n_numbers>(owned, piece.owned);
+    for (std::ptrdiff_t n = 0, end = std::ptrdiff_t{piece.count} * n_numbers; n < end; ++n) to[n] = 0.0 + from[n];
+  }
+  for (const LocalIndex n : only_others_) std::fill_n(numbers_of<n_numbers>(owned, n), n_numbers, 0.0);
+  for (const Piece& piece : again_) {
+    const double* const from = numbers_of<n_numbers>(pool, piece.pool);
+    double* const to = numbers_of<n_numbers>(owned, piece.owned);
+    for (std::ptrdiff_t n = 0, end = std::ptrdiff_t{piece.count} * n_numbers; n < end; ++n) to[n] += from[n];
+  }
   const double begin = MPI_Wtime();
-  BULKLEY_PETSC(PetscSFReduceEnd(sf_.get(), node_type_, pool, owned, MPI_SUM));
+  BULKLEY_PETSC(PetscSFReduceEnd(sf_.get(), type, pool, owned, MPI_SUM));
   seconds_waiting_ += MPI_Wtime() - begin;
 }
 
-void Exchange::get(const Node* owned, Node* pool) {
-  BULKLEY_PETSC(PetscSFBcastBegin(sf_.get(), node_type_, owned, pool, MPI_REPLACE));
+template <int n_numbers>
+void Exchange::get_numbers(MPI_Datatype type, const double* owned, double* pool) {
+  BULKLEY_PETSC(PetscSFBcastBegin(sf_.get(), type, owned, pool, MPI_REPLACE));
   for (const std::vector<Piece>* pieces : {&first_, &again_})
-    for (const Piece& piece : *pieces) std::copy_n(owned + piece.owned, piece.count, pool + piece.pool);
-  for (const PoolPiece& piece : beyond_) std::fill_n(pool + piece.pool, piece.count, Node{});
+    for (const Piece& piece : *pieces)
+      std::copy_n(numbers_of<n_numbers>(owned, piece.owned), std::ptrdiff_t{piece.count} * n_numbers,
+                  numbers_of<n_numbers>(pool, piece.pool));
+  for (const PoolPiece& piece : beyond_)
+    std::fill_n(numbers_of<n_numbers>(pool, piece.pool), std::ptrdiff_t{piece.count} * n_numbers, 0.0);
   const double begin = MPI_Wtime();
-  BULKLEY_PETSC(PetscSFBcastEnd(sf_.get(), node_type_, owned, pool, MPI_REPLACE));
+  BULKLEY_PETSC(PetscSFBcastEnd(sf_.get(), type, owned, pool, MPI_REPLACE));
   seconds_waiting_ += MPI_Wtime() - begin;
 }
+
+void Exchange::add(const Node* pool, Node* owned) { add_numbers<4>(node_type_, numbers(pool), numbers(owned)); }
+void Exchange::add(const double* pool, double* owned) { add_numbers<1>(MPI_DOUBLE, pool, owned); }
+void Exchange::get(const Node* owned, Node* pool) { get_numbers<4>(node_type_, numbers(owned), numbers(pool)); }
+void Exchange::get(const double* owned, double* pool) { get_numbers<1>(MPI_DOUBLE, owned, pool); }
 
 }  // namespace bulkley

@@ -6,21 +6,23 @@
 #include <span>
 #include <vector>
 
-#include "field/field_grid.hpp"
+#include "bulkley/parallel/petsc.hpp"
+#include "grid/node_pool.hpp"
+#include "grid/tile_map.hpp"
 
 namespace bulkley {
 
 using SfHandle = PetscHandle<PetscSF, PetscSFDestroy>;
 
-/// Adds pools into owners and brings owners' values back to the pools, for one PoolLayout per rank. The nodes of a tile are
-/// owned by its worker (NodeOwner), so that only the rims of pools travel; a rank keeps the nodes of those of its tiles that
-/// some pool reaches, and empty space costs nothing. Pool nodes beyond the grid's last node take no part; along periodic
+/// Adds pools into owners and brings owners' values back to the pools, for one PoolLayout per rank. The owner of
+/// a tile owns its nodes too (NodeOwner), so that only the rims of pools travel; a rank keeps the nodes of those of its tiles
+/// that some pool reaches, and empty space costs nothing. Pool nodes beyond the grid's last node take no part; along periodic
 /// axes there are none, footprints wrap to the first nodes. The order of the additions is not defined: kernels round their
 /// contributions so that it does not matter (docs/theory.md, "Order-free sums").
 class Exchange {
  public:
-  /// `worker`: by TileIndex, the same on every rank. Collective.
-  Exchange(const Comm& comm, const GridGeometry& grid, const std::vector<std::int32_t>& worker, const PoolLayout& pool);
+  /// `map`: the same on every rank. Collective.
+  Exchange(const Comm& comm, const GridGeometry& grid, const TileMap& map, const PoolLayout& pool);
   ~Exchange();
   Exchange(const Exchange&) = delete;
   Exchange& operator=(const Exchange&) = delete;
@@ -34,13 +36,13 @@ class Exchange {
 
   /// owned[n] = sum over ranks of their pool copies of node n, for every active node n; never -0. Collective.
   void add(const Node* pool, Node* owned);
+  /// The same for pools of one number a node.
+  void add(const double* pool, double* owned);
   /// pool = owned, for every pool node of the grid; pool nodes beyond it become zero. Collective.
   void get(const Node* owned, Node* pool);
+  void get(const double* owned, double* pool);
 
-  /// Copies the active nodes into a DMDA's nodes, which other ranks may hold. Collective.
-  void store(const Comm& comm, const Node* owned, const Grid& grid, Node* global) const;
-
-  /// What one rank sends to others in one call.
+  /// What one rank sends to others in one call, for pools of Nodes.
   struct Traffic {
     std::size_t bytes = 0;
     int n_messages = 0;
@@ -60,9 +62,13 @@ class Exchange {
     LocalIndex pool, count;
   };
   struct Reach;
-  Reach divide(const GridGeometry& grid, const std::vector<std::int32_t>& worker, const PoolLayout& pool, int rank);
+  Reach divide(const GridGeometry& grid, const TileMap& map, const PoolLayout& pool, int rank);
   void connect(const Comm& comm, const GridGeometry& grid, Reach& reach);
   std::vector<LocalIndex> reach_locally(std::vector<Piece> pieces);
+  template <int n_numbers>
+  void add_numbers(MPI_Datatype type, const double* pool, double* owned);
+  template <int n_numbers>
+  void get_numbers(MPI_Datatype type, const double* owned, double* pool);
 
   PoolLayout owned_;  ///< of the tiles of nodes that this rank owns and some pool reaches
   MPI_Datatype node_type_ = MPI_DATATYPE_NULL;

@@ -1,5 +1,5 @@
 #pragma once
-// Particles -> the rank that works on their tile.
+// Particles -> the owner of their tile.
 
 #include <span>
 

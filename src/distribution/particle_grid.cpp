@@ -79,7 +79,7 @@ void ParticleGrid::migrate_leavers(StepBounds& local) {
   departed_.clear();
   if (!local.failed())
     for (const OutsideParticle& leaver : leavers_) {
-      const std::int32_t owner = partition_.worker[static_cast<std::size_t>(leaver.tile)];
+      const std::int32_t owner = partition_.map.owner(leaver.tile);
       if (owner == comm_.rank()) {
         local.requests.rebuild.include(1);
       } else {
@@ -107,7 +107,7 @@ GlobalIndex ParticleGrid::adopt(Partition partition) {
     departures_.clear();
     for (LocalIndex p = 0; p < particles_.size(); ++p) {
       const TileIndex tile = layout_.tiles()[static_cast<std::size_t>(map_.cell[static_cast<std::size_t>(p)]) / tile_nodes];
-      const std::int32_t owner = partition_.worker[static_cast<std::size_t>(tile)];
+      const std::int32_t owner = partition_.map.owner(tile);
       if (owner != comm_.rank()) departures_.push_back({p, owner});
     }
     n_arrived = migrate(comm_, departures_, particles_);
@@ -123,10 +123,10 @@ void ParticleGrid::rebuild() {
   const PhaseTimer timer(times_, Phase::rebuild);
   ++version_;
   std::vector<TileIndex> tiles = tiles_in_reach(grid_, census());
-  std::erase_if(tiles, [&](TileIndex tile) { return partition_.worker[static_cast<std::size_t>(tile)] != comm_.rank(); });
+  std::erase_if(tiles, [&](TileIndex tile) { return partition_.map.owner(tile) != comm_.rank(); });
   collective_guard(comm_, [&] { layout_ = PoolLayout(grid_, std::move(tiles)); });
   if (exchange_) exchange_wait_ += exchange_->seconds_waiting();
-  exchange_ = std::make_unique<Exchange>(comm_, grid_, partition_.worker, layout_);
+  exchange_ = std::make_unique<Exchange>(comm_, grid_, partition_.map, layout_);
   begin_move();
   locate(grid_, layout_, particles_, map_, leavers_);
   BULKLEY_ASSERT(leavers_.empty());
@@ -135,7 +135,7 @@ void ParticleGrid::rebuild() {
 
 std::size_t ParticleGrid::memory() const {
   return particles_.memory() + layout_.memory() + (map_.cell.capacity() + map_.count.capacity()) * sizeof(LocalIndex) +
-         partition_.worker.capacity() * sizeof(std::int32_t);
+         partition_.map.memory();
 }
 
 }  // namespace bulkley

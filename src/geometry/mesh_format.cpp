@@ -11,6 +11,7 @@
 #include <cstring>
 #include <limits>
 
+#include "base/text.hpp"
 #include "bulkley/base/error.hpp"
 
 namespace bulkley {
@@ -18,14 +19,6 @@ namespace bulkley {
 namespace {
 
 [[noreturn]] void refuse(const std::string& reason) { throw UsageError("cannot be read as a mesh: " + reason); }
-
-/// The part of the file quoted in a message.
-std::string quoted(std::string_view word) {
-  std::string text(word.substr(0, 40));
-  for (char& c : text)
-    if (!std::isprint(static_cast<unsigned char>(c))) c = '?';
-  return "'" + text + "'";
-}
 
 // --- text ----------------------------------------------------------------------------------------------------------------
 
@@ -59,7 +52,7 @@ class Lines {
     Number value{};
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (text.empty() || error != std::errc{} || end != text.data() + text.size())
-      fail(text.empty() ? "a number is missing" : quoted(text) + " is no number that can be used here");
+      fail(text.empty() ? "a number is missing" : excerpt(text) + " is no number that can be used here");
     return value;
   }
   Vec3 vector() {
@@ -205,7 +198,7 @@ TriangleMesh parse_stl_text(std::string_view bytes) {
     } else if (kind == "solid" || kind == "endsolid") {
       is_open = kind == "solid";
     } else if (!kind.empty() && kind != "facet" && kind != "endfacet" && kind != "outer") {
-      lines.fail(quoted(kind) + " does not belong into an STL file");
+      lines.fail(excerpt(kind) + " does not belong into an STL file");
     }
   }
   if (is_open || !loop.empty()) refuse("it is truncated: its last line is not 'endsolid'");
@@ -264,7 +257,7 @@ struct PlyHeader {
 const PlyType* ply_type(const Lines& lines, std::string_view name) {
   for (const PlyType& type : ply_types)
     if (name == type.name || name == type.other_name) return &type;
-  lines.fail(quoted(name) + " is no type of number");
+  lines.fail(excerpt(name) + " is no type of number");
 }
 
 void read_property(Lines& lines, PlyHeader& header) {
@@ -296,14 +289,14 @@ PlyHeader read_ply_header(Lines& lines) {
       if (name == "ascii") header.kind = PlyKind::ascii;
       if (name == "binary_little_endian") header.kind = PlyKind::little_endian;
       if (name == "binary_big_endian") header.kind = PlyKind::big_endian;
-      if (!header.kind) lines.fail(quoted(name) + " is no format of PLY files");
+      if (!header.kind) lines.fail(excerpt(name) + " is no format of PLY files");
     } else if (kind == "element") {
       const std::string name(lines.word());
       header.elements.push_back({name, lines.number<std::uint64_t>(lines.word()), {}});
     } else if (kind == "property") {
       read_property(lines, header);
     } else if (!kind.empty() && kind != "comment" && kind != "obj_info") {
-      lines.fail(quoted(kind) + " does not belong into the header of a PLY file");
+      lines.fail(excerpt(kind) + " does not belong into the header of a PLY file");
     }
   }
   refuse("its header has no end");
@@ -385,7 +378,7 @@ TriangleMesh parse_ply(std::string_view bytes) {
   for (const PlyElement& element : header.elements) {
     // Every property takes a byte at least, so this also bounds the time.
     if (element.properties.empty() ? element.n > 0 : element.n > body.n_left())
-      refuse(fmt::format("it is truncated: its header declares {} of {}", element.n, quoted(element.name)));
+      refuse(fmt::format("it is truncated: its header declares {} of {}", element.n, excerpt(element.name)));
     for (std::uint64_t row = 0; row < element.n; ++row) read_ply_row(element, body, mesh, faces);
   }
   faces.add_to(mesh);

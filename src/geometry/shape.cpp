@@ -360,18 +360,6 @@ const char* fault(const Shape& shape) {
   return std::visit([](const auto& kind) { return fault(kind); }, shape.kind);
 }
 
-const char* kind_name(const Box&) { return "box"; }
-const char* kind_name(const Sphere&) { return "sphere"; }
-const char* kind_name(const Cylinder&) { return "cylinder"; }
-const char* kind_name(const Capsule&) { return "capsule"; }
-const char* kind_name(const Ellipsoid&) { return "ellipsoid"; }
-const char* kind_name(const Plane&) { return "plane"; }
-const char* kind_name(const Mesh&) { return "mesh"; }
-const char* kind_name(const Union&) { return "union"; }
-const char* kind_name(const Complement&) { return "complement"; }
-const char* kind_name(const Difference&) { return "difference"; }
-const char* kind_name(const Placed&) { return "placed"; }
-
 }  // namespace
 
 double signed_distance(const Shape& shape, const Vec3& point) {
@@ -392,10 +380,6 @@ Vec3 outward_normal(const Shape& shape, const Vec3& point) {
 
 Bounds bounds(const Shape& shape) {
   return std::visit([](const auto& kind) { return extent(kind); }, shape.kind);
-}
-
-const char* shape_name(const Shape& shape) {
-  return std::visit([](const auto& kind) { return kind_name(kind); }, shape.kind);
 }
 
 void check_shape(const Shape& shape, const std::string& owner) {

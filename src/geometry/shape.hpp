@@ -99,8 +99,6 @@ bool contains(const Shape& shape, const Vec3& point);
 Vec3 outward_normal(const Shape& shape, const Vec3& point);
 /// Smallest axis-aligned box that holds the shape (for placed parts and differences: one that holds it).
 Bounds bounds(const Shape& shape);
-/// `box`, `sphere`, ...
-const char* shape_name(const Shape& shape);
 /// Throws UsageError "<owner>: ..." if the shape, or a part of it, encloses nothing or has a length that is not finite.
 void check_shape(const Shape& shape, const std::string& owner);
 

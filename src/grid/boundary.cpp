@@ -11,40 +11,19 @@ namespace bulkley {
 
 namespace {
 
-constexpr std::array<const char*, 6> face_names = {"x lower", "x upper", "y lower", "y upper", "z lower", "z upper"};
-
-/// What a face does to the nodes on and behind it; nothing if it lets material pass.
-std::optional<Contact> contact_of(FaceKind kind) {
-  switch (kind) {
-    case FaceKind::sticky:
-      return Contact::sticky;
-    case FaceKind::slip:
-      return Contact::slip;
-    case FaceKind::separating:
-      return Contact::separating;
-    case FaceKind::periodic:
-    case FaceKind::outflow:
-    case FaceKind::open:
-      break;
-  }
-  return std::nullopt;
-}
-
 void check_friction(double friction, const std::string& where) {
   if (!(friction >= 0.0 && std::isfinite(friction)))
     throw UsageError(where + ": friction = " + std::to_string(friction) + " must be a finite number >= 0");
 }
 
 void check_faces(const GridGeometry& grid, const Faces& faces) {
-  for (int f = 0; f < 6; ++f) {
-    const Face& face = faces[static_cast<std::size_t>(f)];
-    const std::string where = std::string("face ") + face_names[static_cast<std::size_t>(f)];
-    if ((face.kind == FaceKind::periodic) != grid.periodic[static_cast<std::size_t>(f / 2)])
-      throw UsageError(where + ": a face is periodic if and only if its axis and the opposite face are");
-    check_friction(face.friction, where);
-    if (!face.velocity.allFinite() || face.velocity[f / 2] != 0.0)
-      throw UsageError(where + ": its velocity must be finite and along the face");
-  }
+  for (const FaceFault& fault : face_faults(faces))
+    throw UsageError(std::string("face ") + face_names[fault.face] + (*fault.key == 0 ? "" : ".") + fault.key + " " +
+                     fault.sentence);
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    if (is_periodic(faces, axis) != grid.periodic[axis])
+      throw UsageError(std::string("face ") + face_names[2 * axis] +
+                       ": a face is periodic if and only if its axis of the grid is");
 }
 
 /// Cells from face f to the node, positive inside the domain. From indices, so that no rounding can move a wall.
@@ -87,7 +66,7 @@ std::vector<NodeConstraint> node_constraints(const GridGeometry& grid, const Fac
     const std::size_t first = result.size();
     for (int f = 0; f < 6; ++f) {
       const Face& face = faces[static_cast<std::size_t>(f)];
-      const std::optional<Contact> contact = contact_of(face.kind);
+      const std::optional<Contact> contact = behaviour(face.kind).contact;
       if (!contact || cells_inside(grid, f, node) > 0) continue;
       const double inward = f % 2 == 0 ? 1.0 : -1.0;
       result.push_back({index, *contact, face.friction, inward * Vec3::Unit(f / 2), face.velocity});
@@ -207,11 +186,12 @@ std::vector<NodeImage> node_images(const GridGeometry& grid, const Faces& faces,
   std::vector<NodeImage> result;
   for (int f = 0; f < 6; ++f) {
     const Face& face = faces[static_cast<std::size_t>(f)];
-    if (face.kind != FaceKind::sticky && face.kind != FaceKind::slip) continue;
+    const NodesBehind behind = behaviour(face.kind).behind;
+    if (behind == NodesBehind::free) continue;
     std::map<Int3, LocalIndex> front;
     for (std::size_t n = 0; n < nodes.size(); ++n)
       if (cells_inside(grid, f, nodes[n]) == 1) front[nodes[n]] = static_cast<LocalIndex>(n);
-    Vec3 sign = Vec3::Constant(face.kind == FaceKind::sticky ? -1.0 : 1.0);
+    Vec3 sign = Vec3::Constant(behind == NodesBehind::reversed ? -1.0 : 1.0);
     sign[f / 2] = -1.0;
     for (std::size_t n = 0; n < nodes.size(); ++n) {
       if (cells_inside(grid, f, nodes[n]) != -1) continue;

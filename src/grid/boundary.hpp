@@ -7,29 +7,12 @@
 #include <vector>
 
 #include "geometry/rigid_motion.hpp"
+#include "grid/face.hpp"
 #include "grid/grid_geometry.hpp"
 
 namespace bulkley {
 
-enum class Contact {
-  sticky,      ///< v = 0
-  slip,        ///< no normal velocity in either direction, no friction
-  separating,  ///< no normal velocity into the wall; Coulomb friction while pressed against it
-};
-
 std::string name(Contact contact);
-
-enum class FaceKind { sticky, slip, separating, periodic, outflow, open };
-
-/// One face of the domain, an entry of [boundaries].
-struct Face {
-  FaceKind kind = FaceKind::sticky;
-  double friction = 0.0;         ///< Coulomb coefficient, separating only
-  Vec3 velocity = Vec3::Zero();  ///< m/s, along the face, sticky only
-};
-
-/// Faces in the order x lower, x upper, y lower, y upper, z lower, z upper.
-using Faces = std::array<Face, 6>;
 
 /// A rigid obstacle, an entry of [[colliders]].
 struct Collider {
@@ -56,8 +39,9 @@ struct NodeConstraint {
   Vec3 arm = Vec3::Zero();       ///< from the collider's centre to the node, m
 };
 
-/// A node one cell behind a sticky or slip face, and the node one cell in front of it. In the frame of the wall the velocity
-/// behind is that in front times `sign`, component by component: -1 where the wall holds it to zero, 1 where it slips.
+/// A node one cell behind a face whose nodes behind follow their mirror images (NodesBehind), and the node one cell in front of it.
+/// In the frame of the wall the velocity behind is that in front times `sign`, component by component: -1 where the wall holds it to
+/// zero, 1 where it slips.
 struct NodeImage {
   LocalIndex behind, front;  ///< indices into the caller's node array
   Vec3 sign;
@@ -100,7 +84,7 @@ class MovingConstraints {
 /// Speed that no point of a collider exceeds inside the domain between two times, m/s. Not collective.
 double collider_speed(const GridGeometry& grid, const std::vector<Collider>& colliders, double first, double last);
 
-/// The nodes one cell behind the sticky and slip faces, axis after axis, as far as their images are among `nodes`: a
+/// The nodes one cell behind the faces with mirror images, axis after axis, as far as their images are among `nodes`: a
 /// particle that reaches the one reaches the other. Not collective.
 std::vector<NodeImage> node_images(const GridGeometry& grid, const Faces& faces, const std::vector<Int3>& nodes);
 

@@ -6,6 +6,18 @@
 
 #include "bulkley/base/error.hpp"
 
+// How the layout is made.
+//
+// Tiles come sorted with z fastest, so those of one column (x, y) of tiles follow each other. Node columns are grouped in
+// blocks of 4 x 4, aligned as tiles are. A footprint is wider than a tile, but by less than a tile, so a node column of a
+// block is reached by tiles of at most four tile columns: its own, and those before it along x, y and both. Whether the ones
+// before reach it depends only on whether its index in the block is below the overlap, per axis. Each block therefore has
+// only four kinds of node columns. For each kind the z-intervals of the footprints are merged once; every node column of
+// the block then takes those intervals as its rows, and rows are numbered in that order.
+// Last, each tile looks up the rows of its footprint. The tiles of a column ascend in z, as the rows of a node column do, so
+// one walk along both serves all tiles of the column. In all the work is proportional to tiles and rows, and a sort of the
+// blocks.
+
 namespace bulkley {
 
 namespace {

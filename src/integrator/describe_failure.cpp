@@ -61,7 +61,7 @@ std::string advice_for(const StepBounds& bounds) {
 
 void throw_failure(const Comm& comm, const GridGeometry& grid, const ParticleSet& particles,
                    const std::vector<NamedMaterial>& materials, const StepBounds& bounds) {
-  if (bounds.failures.n_undefined_nodes > 0) {  // whatever befell the particles follows from that
+  if (bounds.failures.n_undefined_nodes > 0) {  // any particle failure follows from that
     const Vec3 x = grid.node_position(grid.node_of_number(bounds.failures.undefined_node));
     throw StepFailure(fmt::format("the acceleration_field is NaN or infinite on {} {}, first at ({:.6g}, {:.6g}, {:.6g}) m",
                                   bounds.failures.n_undefined_nodes.value,

@@ -7,9 +7,9 @@
 #include <limits>
 #include <variant>
 
-#include "base/order_free.hpp"
 #include "kernel/bspline.hpp"
 #include "kernel/stress_update.hpp"
+#include "parallel/reproducible_sum.hpp"
 
 namespace bulkley {
 
@@ -66,14 +66,16 @@ Terms terms_of(const GridGeometry& grid, const TransferSettings& transfer, const
 Diagnostics diagnose(const Comm& comm, const GridGeometry& grid, const TransferSettings& transfer, const Vec3& gravity,
                      const std::vector<NamedMaterial>& materials, const ParticleSet& particles) {
   const LocalIndex n = particles.size();
-  std::vector<Terms> terms(static_cast<std::size_t>(n));
+  std::vector<double> terms;  // a row a particle
+  terms.reserve(static_cast<std::size_t>(n) * n_terms);
   // Maxima of |term|, then of +-position, in one reduction.
   std::array<double, n_terms + 6> largest;
   largest.fill(0.0);
   std::fill(largest.begin() + n_terms, largest.end(), -std::numeric_limits<double>::infinity());
   for (LocalIndex p = 0; p < n; ++p) {
-    terms[p] = terms_of(grid, transfer, gravity, materials, particles, p);
-    for (int k = 0; k < n_terms; ++k) largest[k] = std::max(largest[k], std::abs(terms[p][k]));
+    const Terms row = terms_of(grid, transfer, gravity, materials, particles, p);
+    terms.insert(terms.end(), row.begin(), row.end());
+    for (int k = 0; k < n_terms; ++k) largest[k] = std::max(largest[k], std::abs(row[k]));
     for (int a = 0; a < 3; ++a) {
       const double x = particles.real(Field::position, a)[p];
       largest[n_terms + a] = std::max(largest[n_terms + a], x);
@@ -84,21 +86,8 @@ Diagnostics diagnose(const Comm& comm, const GridGeometry& grid, const TransferS
       MPI_Allreduce(MPI_IN_PLACE, largest.data(), static_cast<int>(largest.size()), MPI_DOUBLE, MPI_MAX, comm.get()));
   const GlobalIndex n_global = sum_global(comm, n);
 
-  // Each term is split into a multiple of a coarse quantum and a multiple of a fine one; both sums are exact.
-  std::array<double, 2 * n_terms> sums{};
-  for (int k = 0; k < n_terms; ++k) {
-    const double count = static_cast<double>(n_global) + 4.0;  // no addend is more than a quarter of the bound
-    const double coarse = rounding_constant(count * largest[k]);
-    const double fine = rounding_constant(count * rounding_quantum(count * largest[k]));
-    for (LocalIndex p = 0; p < n; ++p) {
-      const double high = rounded(terms[p][k], coarse);
-      sums[2 * k] += high;
-      sums[2 * k + 1] += rounded(terms[p][k] - high, fine);
-    }
-  }
-  BULKLEY_MPI(MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, comm.get()));
-
-  auto sum = [&](int k) { return sums[2 * k] + sums[2 * k + 1]; };
+  const std::vector<double> sums = sums_within(comm, terms, {largest.data(), n_terms}, n_global);
+  auto sum = [&](int k) { return sums[static_cast<std::size_t>(k)]; };
   auto vector = [&](int k) { return Vec3(sum(k), sum(k + 1), sum(k + 2)); };
   Diagnostics d;
   d.n_particles = n_global;

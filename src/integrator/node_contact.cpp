@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "parallel/reproducible_sum.hpp"
+
 namespace bulkley {
 
 ContactImpulses no_contact_impulses(const Physics& physics) {
@@ -42,29 +44,7 @@ double NodeContact::collider_speed(double first, double last) const {
   return bulkley::collider_speed(physics_.grid, physics_.colliders, first, last);
 }
 
-ContactImpulses NodeContact::impulses(const Comm& comm) const {
-  // Halves of 32 bits, so that sums over ranks cannot overflow; then the carries.
-  constexpr std::int64_t low_half = 0xffffffff;
-  std::vector<std::int64_t> words = impulses_.words();
-  std::vector<std::int64_t> halves;
-  for (std::size_t w = 0; w < words.size(); ++w) {
-    halves.push_back(words[w] & low_half);
-    // The topmost half carries the sign; the others are parts of a sum without one.
-    halves.push_back(w % 2 == 1 ? words[w] >> 32 : (words[w] >> 32) & low_half);
-  }
-  BULKLEY_MPI(MPI_Allreduce(MPI_IN_PLACE, halves.data(), static_cast<int>(halves.size()), MPI_INT64_T, MPI_SUM, comm.get()));
-  for (std::size_t h = 0; h < halves.size(); h += 4) {
-    for (std::size_t k = h; k < h + 3; ++k) {
-      halves[k + 1] += halves[k] >> 32;
-      halves[k] &= low_half;
-    }
-    words[h / 2] = static_cast<std::int64_t>(static_cast<std::uint64_t>(halves[h + 1]) << 32) | halves[h];
-    words[h / 2 + 1] = static_cast<std::int64_t>(static_cast<std::uint64_t>(halves[h + 3]) << 32) | halves[h + 2];
-  }
-  ContactImpulses total = impulses_;
-  total.set_words(words);
-  return total;
-}
+ContactImpulses NodeContact::impulses(const Comm& comm) const { return sum_global(comm, impulses_); }
 
 void NodeContact::set_impulses(const Comm& comm, const ContactImpulses& sums) {
   impulses_.clear();

@@ -12,24 +12,6 @@ namespace bulkley {
 
 namespace {
 
-// Direct access to a Vec's local values as nodes, given back at the end of the scope.
-class NodeAccess {
- public:
-  explicit NodeAccess(const VecHandle& vec) : vec_(vec.get()) {
-    PetscScalar* values = nullptr;
-    BULKLEY_PETSC(VecGetArray(vec_, &values));
-    values_ = values;
-  }
-  ~NodeAccess() { BULKLEY_PETSC(VecRestoreArray(vec_, &values_)); }
-  NodeAccess(const NodeAccess&) = delete;
-  NodeAccess& operator=(const NodeAccess&) = delete;
-  Node* get() const { return reinterpret_cast<Node*>(values_); }
-
- private:
-  Vec vec_;
-  PetscScalar* values_ = nullptr;
-};
-
 // Wave speed, viscosity and stress bounds of particles as they are, without a step.
 void measure_state(const std::vector<NamedMaterial>& materials, const ParticleSet& particles, StepBounds& bounds) {
   for (LocalIndex p = 0; p < particles.size(); ++p) {
@@ -94,20 +76,21 @@ void Solver::report_failure(const StepBounds& bounds) const {
 }
 
 GlobalIndex Solver::adopt(Partition partition) {
-  if (!(partition.boxes == this->partition().boxes)) node_grid_.reset();
   const GlobalIndex n_moved = grid_.adopt(std::move(partition));
   integrator_->fit();
   return n_moved;
 }
 
-VecHandle Solver::node_values(double time) {
-  BULKLEY_ASSERT(partition().boxes);
-  if (!node_grid_) node_grid_.emplace(grid_.comm(), physics_.grid, *partition().boxes);
+std::vector<Node> Solver::node_values(double time) {
+  if (!node_grid_) node_grid_.emplace(grid_.comm(), node_fields(physics_.grid));
+  if (scatter_version_ != grid_.version()) {
+    to_node_grid_.emplace(grid_.comm(), exchange(), *node_grid_);
+    scatter_version_ = grid_.version();
+  }
   const std::span<const Node> nodes = integrator_->node_velocities(time);
-  VecHandle copy = node_grid_->create_vector();
-  const NodeAccess to(copy);
-  exchange().store(grid_.comm(), nodes.data(), *node_grid_, to.get());
-  return copy;
+  std::vector<Node> values(static_cast<std::size_t>(node_grid_->n_owned()));
+  to_node_grid_->to_field(reinterpret_cast<const double*>(nodes.data()), reinterpret_cast<double*>(values.data()));
+  return values;
 }
 
 GlobalIndex Solver::halo_bytes() const {

@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "field/field_grid.hpp"
+#include "field/tile_scatter.hpp"
 #include "integrator/integrator.hpp"
 
 namespace bulkley {
@@ -40,12 +40,12 @@ class Solver {
 
   /// What this rank sends to others in one step to add up nodes and to bring velocities back. Not collective.
   GlobalIndex halo_bytes() const;
-  /// The nodes as node_values has given them. Precondition: it has been called since the start or the last change of maps.
-  const Grid& grid() const { return *node_grid_; }
-  /// {v, m} of the DMDA's nodes that the particles as they are give, boundaries applied; zero where no particle reaches.
-  /// `time`: where moving colliders stand, s. Changes no particle. Precondition: the partition has boxes. Throws UsageError where
-  /// PETSc cannot number the nodes. Collective.
-  VecHandle node_values(double time);
+  /// The grid that node_values fills. Precondition: it has been called.
+  const FieldGrid& grid() const { return *node_grid_; }
+  /// {v, m} that the particles as they are give to this rank's nodes of grid(), boundaries applied; zero where no particle
+  /// reaches. `time`: where moving colliders stand, s. Changes no particle. Throws UsageError where PETSc cannot number the
+  /// nodes. Collective.
+  std::vector<Node> node_values(double time);
 
   /// What the material has given to the colliders since the start or the last set_contact_impulses, over all ranks; the same
   /// bits on any number of ranks. Collective.
@@ -77,7 +77,9 @@ class Solver {
   ParticleGrid grid_;
   StepParts parts_;
   std::unique_ptr<Integrator> integrator_;
-  std::optional<Grid> node_grid_;  ///< of the present boxes, once nodes have been asked for: a step needs none
+  std::optional<FieldGrid> node_grid_;       ///< once nodes have been asked for: a step needs none
+  std::optional<TileScatter> to_node_grid_;  ///< likewise, for the pools of this version
+  GlobalIndex scatter_version_ = -1;
 };
 
 }  // namespace bulkley

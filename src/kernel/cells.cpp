@@ -13,8 +13,6 @@ namespace bulkley {
 
 namespace {
 
-bool is_wall(FaceKind kind) { return kind == FaceKind::sticky || kind == FaceKind::slip || kind == FaceKind::separating; }
-
 enum class Verdict { inside, removed, escaped };
 
 // One coordinate of a particle that is not within [lower, upper) of its axis.
@@ -28,9 +26,9 @@ Verdict confine_coordinate(const GridGeometry& grid, const Faces& faces, int axi
   }
   const bool below = x < lower;
   const double face = below ? lower : upper;
-  const FaceKind kind = faces[2 * axis + (below ? 0 : 1)].kind;
-  if (kind == FaceKind::outflow) return Verdict::removed;
-  if (is_wall(kind) && std::abs(x - face) <= 0.5 * grid.cell_size) {
+  const Crossing crossing = behaviour(faces[2 * axis + (below ? 0 : 1)].kind).crossing;
+  if (crossing == Crossing::removed) return Verdict::removed;
+  if (crossing == Crossing::held && std::abs(x - face) <= 0.5 * grid.cell_size) {
     x = face;
     return Verdict::inside;
   }

@@ -12,6 +12,28 @@ namespace bulkley {
 
 namespace {
 
+// What one call finds. Plain numbers, apart from StepBounds: the compiler's choice of products to fuse in the loop below, and with it
+// the last bits of the stress, depends on all code that is inlined there, and bookkeeping shall not change it.
+struct Tally {
+  Extreme wave_speed, viscosity;
+  double stress_volume = 0.0;
+  double smallest_volume_ratio = std::numeric_limits<double>::infinity();
+  double largest_volume_ratio = 0.0;
+  GlobalIndex n_not_finite = 0, n_inverted = 0;
+  GlobalIndex failed_id = std::numeric_limits<GlobalIndex>::max();
+
+  void add_to(StepBounds& bounds) const {
+    bounds.motion.wave_speed.merge(wave_speed);
+    bounds.motion.viscosity.merge(viscosity);
+    bounds.sums.stress_volume.include(stress_volume);
+    bounds.totals.smallest_volume_ratio.include(smallest_volume_ratio);
+    bounds.totals.largest_volume_ratio.include(largest_volume_ratio);
+    bounds.failures.n_not_finite += n_not_finite;
+    bounds.failures.n_inverted += n_inverted;
+    bounds.failures.failed_id.include(failed_id);
+  }
+};
+
 // Per-lane extremes, merged over lanes once.
 struct LaneExtremes {
   Extreme wave_speed, viscosity;
@@ -31,13 +53,13 @@ struct LaneExtremes {
       if (valid[lane] && value[lane] >= viscosity.value) viscosity.include(value[lane], id[lane]);
   }
 
-  void merge_into(StepBounds& bounds) const {
-    bounds.motion.wave_speed.merge(wave_speed);
-    bounds.motion.viscosity.merge(viscosity);
+  void merge_into(Tally& tally) const {
+    tally.wave_speed.merge(wave_speed);
+    tally.viscosity.merge(viscosity);
     for (int lane = 0; lane < n_lanes; ++lane) {
-      bounds.sums.stress_volume.include(std::sqrt(stress_volume_squared[lane]));
-      bounds.totals.smallest_volume_ratio.include(smallest_volume_ratio[lane]);
-      bounds.totals.largest_volume_ratio.include(largest_volume_ratio[lane]);
+      tally.stress_volume = std::max(tally.stress_volume, std::sqrt(stress_volume_squared[lane]));
+      tally.smallest_volume_ratio = std::min(tally.smallest_volume_ratio, smallest_volume_ratio[lane]);
+      tally.largest_volume_ratio = std::max(tally.largest_volume_ratio, largest_volume_ratio[lane]);
     }
   }
 };
@@ -64,8 +86,8 @@ struct InternalColumns {
 
   explicit InternalColumns([[maybe_unused]] ParticleSet& particles) {
     [[maybe_unused]] int k = 0;
-    for (const Internal variable : Law::internal)
-      for (int c = 0; c < n_components(variable); ++c) column[k++] = particles.real(field_of(variable), c);
+    for (const Field variable : Law::internal)
+      for (int c = 0; c < info(variable).n_components; ++c) column[k++] = particles.real(variable, c);
   }
 };
 
@@ -79,18 +101,18 @@ PackMask is_finite(const State<Pack, n>& state, const Update<Pack>& result) {
   return absolute(sum) < broadcast<Pack>(std::numeric_limits<double>::infinity());
 }
 
-void count_failures(PackMask inverted, PackMask not_finite, const GlobalIndex* id, StepBounds& bounds) {
+void count_failures(PackMask inverted, PackMask not_finite, const GlobalIndex* id, Tally& tally) {
   for (int lane = 0; lane < n_lanes; ++lane) {
-    bounds.failures.n_inverted -= inverted[lane];
-    bounds.failures.n_not_finite -= not_finite[lane];
-    if (inverted[lane] | not_finite[lane]) bounds.failures.failed_id.include(id[lane]);
+    tally.n_inverted -= inverted[lane];
+    tally.n_not_finite -= not_finite[lane];
+    if (inverted[lane] | not_finite[lane]) tally.failed_id = std::min(tally.failed_id, id[lane]);
   }
 }
 
 // Flattened: every call below is inlined here, so that this file's floating-point options hold for all of it.
 template <class Law>
 [[gnu::flatten]] void update_all(const Law& law, std::uint8_t material_index, Field gradient, double dt,
-                                 ParticleSet& particles, StepBounds& bounds, ParticleBlock block) {
+                                 ParticleSet& particles, Tally& tally, ParticleBlock block) {
   const FieldColumns<9> velocity_gradient(particles, gradient);
   const MutableColumns<6> left_cauchy_green(particles, Field::left_cauchy_green);
   const InternalColumns<Law> internal(particles);
@@ -140,7 +162,7 @@ template <class Law>
 
     const PackMask not_finite = mine & ~inverted & ~is_finite(state, result);
     const PackMask valid = mine & ~inverted & ~not_finite;
-    if (any(inverted | not_finite)) count_failures(inverted, not_finite, id + p, bounds);
+    if (any(inverted | not_finite)) count_failures(inverted, not_finite, id + p, tally);
 
     // Other particles keep their values.
     const auto put = [&](const auto& columns, Pack value, int c = 0) {
@@ -164,28 +186,10 @@ template <class Law>
     extremes.include(valid, law.wave_speed_squared(state), id + p, (volume * volume) * norm_squared(result.kirchhoff_stress),
                      state.volume_ratio);
   }
-  extremes.merge_into(bounds);
+  extremes.merge_into(tally);
 }
 
 }  // namespace
-
-static_assert(info(Field::added_law_variables).n_components == n_added_law_variables);
-
-Field field_of(Internal variable) {
-  switch (variable) {
-    case Internal::structure:
-      return Field::structure;
-    case Internal::hardening:
-      return Field::hardening;
-    case Internal::plastic_volume_ratio:
-      return Field::plastic_volume_ratio;
-    case Internal::added_law_variables:
-      return Field::added_law_variables;
-    case Internal::viscous_left_cauchy_green:
-      break;
-  }
-  return Field::viscous_left_cauchy_green;
-}
 
 void set_internal_variables(const Material& material, std::uint8_t material_index, ParticleSet& particles) {
   std::visit(
@@ -204,7 +208,7 @@ void set_internal_variables(const Material& material, std::uint8_t material_inde
 OptionalFields internal_fields(std::span<const NamedMaterial> materials) {
   OptionalFields fields;
   for (const NamedMaterial& named : materials)
-    for (const Internal variable : internal_variables(named.material)) fields.insert(field_of(variable));
+    for (const Field variable : internal_variables(named.material)) fields.insert(variable);
   return fields;
 }
 
@@ -212,7 +216,9 @@ void stress_update(const Material& material, std::uint8_t material_index, Field 
                    StepBounds& bounds, ParticleBlock block) {
   BULKLEY_ASSERT(dt > 0.0);
   BULKLEY_ASSERT(gradient == Field::affine_velocity || gradient == Field::velocity_gradient);
-  std::visit([&](const auto& law) { update_all(law, material_index, gradient, dt, particles, bounds, block); }, material);
+  Tally tally;
+  std::visit([&](const auto& law) { update_all(law, material_index, gradient, dt, particles, tally, block); }, material);
+  tally.add_to(bounds);
 }
 
 }  // namespace bulkley

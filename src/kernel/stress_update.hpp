@@ -19,9 +19,6 @@ namespace bulkley {
 void stress_update(const Material& material, std::uint8_t material_index, Field gradient, double dt, ParticleSet& particles,
                    StepBounds& bounds, ParticleBlock block = {});
 
-/// The field that holds an internal variable. Not collective.
-Field field_of(Internal variable);
-
 /// The fields that particles of these materials need for their internal variables. Not collective.
 OptionalFields internal_fields(std::span<const NamedMaterial> materials);
 
@@ -37,8 +34,8 @@ State<double, n_internal<Law>> particle_state(const Law&, const ParticleSet& par
   state.volume_ratio = particles.real(Field::volume_ratio)[p];
   if constexpr (n > 0) {
     int k = 0;
-    for (const Internal variable : Law::internal)
-      for (int c = 0; c < n_components(variable); ++c) state.internal[k++] = particles.real(field_of(variable), c)[p];
+    for (const Field variable : Law::internal)
+      for (int c = 0; c < info(variable).n_components; ++c) state.internal[k++] = particles.real(variable, c)[p];
   }
   return state;
 }

@@ -1,6 +1,7 @@
 #pragma once
 // The materials a particle can be made of: a family of laws, open through AddedLaw.
 
+#include <optional>
 #include <span>
 #include <string>
 #include <variant>
@@ -19,6 +20,7 @@
 
 namespace bulkley {
 
+/// The list of laws: one of the library is its header above and its name here.
 using Material = std::variant<NeoHookean, HerschelBulkley, Hencky, FixedCorotated, Newtonian, OldroydB, FiniteViscoelastic,
                               ThixotropicHerschelBulkley, DruckerPrager, Snow, AddedLaw>;
 
@@ -28,16 +30,19 @@ struct NamedMaterial {
   std::string caveat = {};  ///< what a user should know of its numbers; empty as a rule
 };
 
-/// Throws UsageError naming the material and the parameter that is out of range. Not collective.
-void require_valid(const NamedMaterial& named);
+/// What is wrong with a material's parameters, as one sentence; empty when nothing is. Not collective.
+std::optional<std::string> material_fault(const Material& material);
 
-/// The internal variables of a material's law. Not collective.
-std::span<const Internal> internal_variables(const Material& material);
+/// The fields that hold what a material's law keeps beside b and J. Not collective.
+std::span<const Field> internal_variables(const Material& material);
+
+/// The shear stress at a shear rate (1/s), if the law has one. Not collective.
+std::optional<CharacteristicStress> characteristic_stress(const Material& material, double rate);
 
 /// The name of a material's law in scenes. Not collective.
 const char* law_name(const Material& material);
 
-/// Whether a material deforms for good, as fluids do. Not collective.
+/// Whether a material deforms irreversibly, as fluids do. Not collective.
 bool flows(const Material& material);
 
 }  // namespace bulkley

@@ -2,9 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "bulkley/base/error.hpp"
+#include "bulkley/material/plain_keys.hpp"
 #include "config/nearest.hpp"
-#include "material/law_keys.hpp"
+#include "material/law_text.hpp"
 #include "material/preset.hpp"
 
 namespace bulkley {
@@ -76,35 +79,13 @@ bool starting_point(const Value& table, NamedMaterial& named, Faults& faults) {
 
 bool read_material(const Value& table, NamedMaterial& named, Faults& faults) {
   if (!config::expect_table(table, faults) || !starting_point(table, named, faults)) return false;
-  return std::visit(
-      [&]<class Law>(Law& law) {
-        if constexpr (std::is_same_v<Law, AddedLaw>) {
-          auto model = law.parameters.model->read(table, faults);
-          if (!model) return false;
-          law.parameters.model = std::move(model);
-          return true;
-        } else {
-          return read_law(table, law, faults);
-        }
-      },
-      named.material);
-}
-
-Value write_parameters(const Material& material) {
-  return std::visit(
-      []<class Law>(const Law& law) {
-        if constexpr (std::is_same_v<Law, AddedLaw>)
-          return law.parameters.model->write();
-        else
-          return LawKeys<Law>::write(law);
-      },
-      material);
+  return std::visit([&]<class Law>(Law& law) { return LawText<Law>::read(table, law, faults); }, named.material);
 }
 
 Value write_material(const Material& material) {
   Value table = config::make_table();
   config::add_entry(table, "law", config::make_text(law_name(material)));
-  Value parameters = write_parameters(material);
+  Value parameters = std::visit([]<class Law>(const Law& law) { return LawText<Law>::write(law); }, material);
   table.comment = parameters.comment;
   for (Value& entry : parameters.items) table.items.push_back(std::move(entry));
   return table;
@@ -112,7 +93,11 @@ Value write_material(const Material& material) {
 
 }  // namespace
 
-const std::vector<std::shared_ptr<const AddedLawModel>>& added_laws() { return registry(); }
+void report_numbers_not_given(const config::Value& table, const config::Value& written, config::Faults& faults) {
+  for (const config::Value& entry : written.items)
+    if (entry.kind == config::Kind::number && std::isnan(entry.number))
+      config::report_missing_key(table, entry.key, false, faults);
+}
 
 void add_law_model(std::shared_ptr<const AddedLawModel> model) {
   for (const std::string& name : law_names())
@@ -159,9 +144,7 @@ void Codec<std::vector<NamedMaterial>>::describe(const std::string& path, std::v
   section.keys.push_back({"law", "name", "", either, allowed_names(law_names()), "The constitutive law.", false});
   section.keys.push_back({"preset", "name", "", either, allowed_names(presets_known), meaning, false});
   add_section(section, out);
-  visit_laws([&]<class Law>(const Law&) {
-    LawKeys<Law>::table().describe(title + ", law = \"" + Law::law_name + "\"", path, out);
-  });
+  visit_laws([&]<class Law>(const Law&) { LawText<Law>::describe(title + ", law = \"" + Law::law_name + "\"", path, out); });
   for (const auto& model : registry()) model->describe(title + ", law = \"" + model->name() + "\"", path, out);
 }
 

@@ -1,9 +1,7 @@
 #pragma once
 // [materials.NAME] of a scene: `law` and its keys, or `preset` and the keys that differ from it.
-//
-// A law joins by a specialisation of LawKeys beside its header; its name is the law's own.
 
-#include "bulkley/material/plain_keys.hpp"
+#include "bulkley/config/codec.hpp"
 #include "material/material.hpp"
 
 namespace bulkley::config {

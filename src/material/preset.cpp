@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "bulkley/config/toml.hpp"
 #include "material/material_keys.hpp"
 
 namespace bulkley {

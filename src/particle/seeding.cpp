@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/hash.hpp"
 #include "bulkley/base/error.hpp"
 
 namespace bulkley {
@@ -42,18 +43,10 @@ void check_bodies(const GridGeometry& grid, const std::vector<Body>& bodies) {
                      " must stay below 2^63");
 }
 
-/// One round of the splitmix64 generator (Steele, Lea & Flood 2014): a well-mixed hash of 64 bits.
-std::uint64_t mixed(std::uint64_t x) {
-  x += 0x9e3779b97f4a7c15u;
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-  return x ^ (x >> 31);
-}
-
 /// Uniform in [-1, 1), from a hash of its arguments.
 double random_offset(std::uint64_t seed, GlobalIndex cell, int place, int axis) {
-  const std::uint64_t bits =
-      mixed(mixed(mixed(seed) ^ static_cast<std::uint64_t>(cell)) ^ static_cast<std::uint64_t>(4 * place + axis));
+  const std::uint64_t bits = splitmix64(splitmix64(splitmix64(seed) ^ static_cast<std::uint64_t>(cell)) ^
+                                        static_cast<std::uint64_t>(4 * place + axis));
   return static_cast<double>(bits >> 11) * 0x1p-52 - 1.0;
 }
 
@@ -100,19 +93,19 @@ struct BodyNear {
 };
 
 /// Tiles with first <= coordinate <= last along each axis.
-struct TileBox {
+struct TileSpan {
   Int3 first, last;
 };
 
 /// The tiles that may hold particles of the bodies.
-TileBox tiles_near(const GridGeometry& grid, const std::vector<Body>& bodies) {
+TileSpan tiles_near(const GridGeometry& grid, const std::vector<Body>& bodies) {
   Bounds all{Vec3::Constant(INFINITY), Vec3::Constant(-INFINITY)};
   for (const Body& body : bodies) {
     const Bounds b = bounds(body.shape);
     all.lower = all.lower.cwiseMin(b.lower);
     all.upper = all.upper.cwiseMax(b.upper);
   }
-  TileBox result;
+  TileSpan result;
   for (int axis = 0; axis < 3; ++axis) {
     const auto a = static_cast<std::size_t>(axis);
     result.first[a] = 0;
@@ -133,7 +126,7 @@ TileBox tiles_near(const GridGeometry& grid, const std::vector<Body>& bodies) {
 template <class Visit>
 void for_each_tile_near(const GridGeometry& grid, const std::vector<Body>& bodies, TileIndex first, TileIndex last,
                         const Visit& visit) {
-  const TileBox box = tiles_near(grid, bodies);
+  const TileSpan box = tiles_near(grid, bodies);
   const Int3 from = grid.tile_coordinates(std::min(first, grid.n_tiles() - 1));
   for (int i = std::max(box.first[0], from[0]); i <= box.last[0]; ++i)
     for (int j = box.first[1]; j <= box.last[1]; ++j) {
@@ -256,7 +249,8 @@ Mat3 StartMotion::gradient(const Vec3& position) {
   return field_ ? Mat3(spin + field_->gradient(position, 0.0, step_)) : spin;
 }
 
-std::optional<UndefinedMotion> find_undefined_motion(const GridGeometry& grid, const std::vector<Body>& bodies) {
+std::optional<UndefinedMotion> find_undefined_motion(const GridGeometry& grid, const std::vector<Body>& bodies,
+                                                     TileIndex first, TileIndex last) {
   std::optional<UndefinedMotion> found;
   std::vector<StartMotion> motions;
   bool any_field = false;
@@ -265,7 +259,7 @@ std::optional<UndefinedMotion> find_undefined_motion(const GridGeometry& grid, c
     any_field = any_field || body.velocity_field.given();
   }
   if (!any_field) return found;
-  for_each_tile_near(grid, bodies, 0, grid.n_tiles(), [&](TileIndex tile) {
+  for_each_tile_near(grid, bodies, first, last, [&](TileIndex tile) {
     if (found) return;
     visit_tile(grid, bodies, tile, [&](std::size_t b, const Vec3& position, GlobalIndex) {
       if (found || !bodies[b].velocity_field.given()) return;

@@ -53,8 +53,10 @@ struct UndefinedMotion {
   std::size_t body;
   Vec3 position;  ///< m
 };
-/// The first such particle; none if all is well. Not collective.
-std::optional<UndefinedMotion> find_undefined_motion(const GridGeometry& grid, const std::vector<Body>& bodies);
+/// The first such particle in the tiles with first <= index < last, in their order; none if all is well. Visits nothing where no
+/// body has a `velocity_field`. Not collective.
+std::optional<UndefinedMotion> find_undefined_motion(const GridGeometry& grid, const std::vector<Body>& bodies,
+                                                     TileIndex first, TileIndex last);
 
 /// Appends the particles of `bodies` whose tile is in `tiles` (ascending). Sets position, velocity, affine_velocity (the
 /// gradient of the velocity), left_cauchy_green = 1, volume_ratio = 1, mass, reference_volume, material and id; stress and

@@ -39,13 +39,15 @@ TileCensus gather_census(const Comm& comm, const TileCensus& local) {
 }
 
 Partition share_partition(const Comm& comm, Partition partition) {
-  // Number of tiles, whether there are boxes, their process grid, imbalance as bits and nodes; never more than so many
-  // numbers, for a process has a rank or more.
+  // Size of the packed map, whether there are boxes, their process grid, imbalance as bits and nodes; never more than so
+  // many numbers, for a process has a rank or more.
   std::vector<std::int64_t> head(6 + static_cast<std::size_t>(comm.size()) + 2, 0);
+  std::vector<std::int32_t> packed;
   if (comm.is_root()) {
-    BULKLEY_ASSERT(partition.n_ranks == comm.size());
+    BULKLEY_ASSERT(partition.map.n_ranks() == comm.size());
+    packed = std::move(partition.map).pack();
     std::size_t n = 0;
-    head[n++] = static_cast<std::int64_t>(partition.worker.size());
+    head[n++] = static_cast<std::int64_t>(packed.size());
     head[n++] = partition.boxes ? 1 : 0;
     const Boxes boxes = partition.boxes.value_or(Boxes{});
     for (const int ranks : boxes.n_ranks) head[n++] = ranks;
@@ -55,8 +57,7 @@ Partition share_partition(const Comm& comm, Partition partition) {
   }
   broadcast_values(comm, head);
   std::size_t n = 0;
-  partition.n_ranks = comm.size();
-  partition.worker.resize(static_cast<std::size_t>(head[n++]));
+  packed.resize(static_cast<std::size_t>(head[n++]));
   partition.boxes.reset();
   if (head[n++] != 0) {
     Boxes& boxes = partition.boxes.emplace();
@@ -67,7 +68,8 @@ Partition share_partition(const Comm& comm, Partition partition) {
       for (int& count : boxes.nodes[axis]) count = static_cast<int>(head[n++]);
     }
   }
-  broadcast_values(comm, partition.worker);
+  broadcast_values(comm, packed);
+  partition.map = TileMap::unpack(comm.size(), std::move(packed));
   return partition;
 }
 

@@ -4,24 +4,13 @@
 
 #include <cmath>
 #include <cstdlib>
-#include <sstream>
 
+#include "base/text.hpp"
 #include "bulkley/base/error.hpp"
 
 namespace bulkley::rheometer {
 
 namespace {
-
-std::vector<std::string> split(const std::string& text, char separator) {
-  std::vector<std::string> parts(1);
-  for (const char c : text) {
-    if (c == separator)
-      parts.emplace_back();
-    else
-      parts.back() += c;
-  }
-  return parts;
-}
 
 [[noreturn]] void fault(const std::string& option, const std::string& text, const std::string& sentence) {
   throw UsageError(fmt::format("{} '{}': {}", option, text, sentence));

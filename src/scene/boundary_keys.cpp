@@ -11,30 +11,31 @@ namespace {
 using config::Faults;
 using config::Value;
 
-constexpr const char* face_names[6] = {"x_lower", "x_upper", "y_lower", "y_upper", "z_lower", "z_upper"};
-
 config::Rule friction_rule() { return {.about = "Coulomb coefficient of friction.", .range = config::at_least(0.0)}; }
 
-/// An axis is periodic at both ends or at none.
-void check_periodic_pairs(const Value& table, Faces& faces, Faults& faults) {
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const bool lower = faces[2 * axis].kind == FaceKind::periodic, upper = faces[2 * axis + 1].kind == FaceKind::periodic;
-    if (lower == upper) continue;
-    const char* periodic = face_names[2 * axis + (lower ? 0 : 1)];
-    const char* other = face_names[2 * axis + (lower ? 1 : 0)];
-    faults.add(table.find(periodic)->place,
-               fmt::format("'{}.{}' is periodic but '{}' is not; an axis is periodic at both ends or at none", table.path,
-                           periodic, other));
-  }
+/// `type = "separating"`, or several of that form: the kinds of face for which `takes` holds.
+template <class Takes>
+std::string kinds_with(const Takes& takes) {
+  std::string text;
+  for (const FaceBehaviour& row : face_table)
+    if (takes(row)) text += fmt::format("{}type = \"{}\"", text.empty() ? "" : " or ", row.name);
+  return text;
+}
+constexpr auto has_friction = [](const FaceBehaviour& row) { return row.has_friction; };
+constexpr auto has_velocity = [](const FaceBehaviour& row) { return row.has_velocity; };
+
+std::string face_meanings() {
+  std::string text;
+  for (const FaceBehaviour& row : face_table)
+    text += fmt::format("{}{}: {}", text.empty() ? "" : "; ", row.name, row.meaning);
+  return text;
 }
 
-/// A wall moves along itself only: the domain keeps its size.
-void check_wall_velocities(const Value& table, Faces& faces, Faults& faults) {
-  for (std::size_t f = 0; f < 6; ++f)
-    if (faces[f].velocity[static_cast<Eigen::Index>(f / 2)] != 0.0)
-      faults.add(table.find(face_names[f])->place,
-                 fmt::format("'{}.{}.velocity' has a component along {}; a face moves only in its own plane", table.path,
-                             face_names[f], "xyz"[f / 2]));
+void check_faces(const Value& table, const Faces& faces, Faults& faults) {
+  for (const FaceFault& fault : face_faults(faces))
+    faults.add(table.find(face_names[fault.face])->place,
+               fmt::format("'{}.{}{}{}' {}", table.path, face_names[fault.face], *fault.key == 0 ? "" : ".", fault.key,
+                           fault.sentence));
 }
 
 }  // namespace
@@ -50,24 +51,19 @@ std::string name(Contact contact) {
 }
 
 config::Names<FaceKind> names(config::Of<FaceKind>) {
-  return {{"sticky", FaceKind::sticky},     {"slip", FaceKind::slip},       {"separating", FaceKind::separating},
-          {"periodic", FaceKind::periodic}, {"outflow", FaceKind::outflow}, {"open", FaceKind::open}};
+  config::Names<FaceKind> result;
+  for (const FaceBehaviour& row : face_table) result.emplace_back(row.name, row.kind);
+  return result;
 }
 
 const config::Keys<Face>& keys(config::Of<Face>) {
   static const auto table =
-      config::Keys<Face>(
-          "A face as a table, `{ type = \"separating\", friction = 0.3 }`. sticky: material moves with the wall, which "
-          "is at rest unless it has a `velocity`; slip: no motion through the "
-          "wall; "
-          "separating: material may leave the wall, with friction while it presses on it; periodic: joined to the opposite "
-          "face; outflow: particles that cross it are removed and counted; open: no wall, and a particle that crosses it is "
-          "an error.")
+      config::Keys<Face>("A face as a table, `{ type = \"separating\", friction = 0.3 }`. " + face_meanings() + ".")
           .key("type", &Face::kind, {.about = "Kind of the face.", .required = true})
           .key("friction", &Face::friction, friction_rule())
-          .only_with("type = \"separating\"", [](const Face& face) { return face.kind == FaceKind::separating; })
+          .only_with(kinds_with(has_friction), [](const Face& face) { return has_friction(behaviour(face.kind)); })
           .key("velocity", &Face::velocity, {.about = "Velocity of the wall in its own plane.", .unit = "m/s"})
-          .only_with("type = \"sticky\"", [](const Face& face) { return face.kind == FaceKind::sticky; });
+          .only_with(kinds_with(has_velocity), [](const Face& face) { return has_velocity(behaviour(face.kind)); });
   return table;
 }
 
@@ -80,10 +76,7 @@ const config::Keys<Faces>& keys(config::Of<Faces>) {
           .key("y_upper", [](auto& f) -> auto& { return f[3]; }, {.about = "Face at the upper end of y."})
           .key("z_lower", [](auto& f) -> auto& { return f[4]; }, {.about = "Face at the lower end of z."})
           .key("z_upper", [](auto& f) -> auto& { return f[5]; }, {.about = "Face at the upper end of z."})
-          .check([](const Value& value, Faces& faces, Faults& faults) {
-            check_periodic_pairs(value, faces, faults);
-            check_wall_velocities(value, faces, faults);
-          });
+          .check(check_faces);
   return table;
 }
 

@@ -10,8 +10,13 @@
 
 namespace bulkley {
 
-GlobalIndex count_alone(const GridGeometry& grid, const std::vector<Body>& bodies) {
-  return count_particles(grid, bodies, 0, grid.n_tiles()).n_particles();
+BodySurvey survey_alone() {
+  return {[](const GridGeometry& grid, const std::vector<Body>& bodies) {
+            return count_particles(grid, bodies, 0, grid.n_tiles()).n_particles();
+          },
+          [](const GridGeometry& grid, const std::vector<Body>& bodies) {
+            return find_undefined_motion(grid, bodies, 0, grid.n_tiles());
+          }};
 }
 
 namespace {
@@ -57,14 +62,14 @@ std::optional<GridGeometry> enlarged(const GridGeometry& grid, const Bounds& b) 
 }
 
 /// Judged by the bounds where they are exact, else by the lattice points that lie outside.
-bool reaches_outside(const GridGeometry& grid, const Body& body, const ParticleCounter& n_particles) {
+bool reaches_outside(const GridGeometry& grid, const Body& body, const BodySurvey& survey) {
   const Bounds b = bounds(body.shape);
   if (holds(grid, b)) return false;
   if (has_exact_bounds(body.shape)) return true;
   Body regular = body;
   regular.lattice = SeedingLattice::regular;  // random shifts would differ between the two grids
   const std::optional<GridGeometry> whole = enlarged(grid, b);
-  return !whole || n_particles(*whole, {regular}) != n_particles(grid, {regular});
+  return !whole || survey.count(*whole, {regular}) != survey.count(grid, {regular});
 }
 
 bool overlap(const Bounds& x, const Bounds& y) {
@@ -124,7 +129,7 @@ bool far_too_large(const GridGeometry& grid, const Shape& shape) {
 
 }  // namespace
 
-void check_bodies(const Scene& scene, const ParticleCounter& n_particles) {
+void check_bodies(const Scene& scene, const BodySurvey& survey) {
   std::string faults;
   const auto refuse = [&](std::size_t b, const std::string& sentence) {
     const std::string place = b < scene.body_places.size() ? scene.body_places[b] + ": " : "";
@@ -143,12 +148,12 @@ void check_bodies(const Scene& scene, const ParticleCounter& n_particles) {
     } else if (const double n = std::max(particles_in_meshes(grid, body), particles_in_shape(grid, body));
                n > too_many_particles) {
       refuse(b, fmt::format("would be filled with some {:.1g} particles{}", n, units_hint(body.shape)));
-    } else if (far_too_large(grid, body.shape) || reaches_outside(grid, body, n_particles)) {
+    } else if (far_too_large(grid, body.shape) || reaches_outside(grid, body, survey)) {
       refuse(b, fmt::format("reaches from {} to {}, outside the domain from {} to {}{}", vector_text(box.lower),
                             vector_text(box.upper), vector_text(grid.lower), vector_text(grid.upper()),
                             units_hint(body.shape)));
     } else {
-      counts[b] = n_particles(grid, {body});
+      counts[b] = survey.count(grid, {body});
       if (counts[b] == 0)
         refuse(b, fmt::format(
                       "is too small to hold a particle; make it larger, the cells of {} m smaller, or particles_per_cell "
@@ -156,7 +161,7 @@ void check_bodies(const Scene& scene, const ParticleCounter& n_particles) {
                       grid.cell_size, body.particles_per_cell, units_hint(body.shape)));
     }
   }
-  if (const auto undefined = find_undefined_motion(grid, scene.bodies))
+  if (const auto undefined = survey.find_undefined_motion(grid, scene.bodies))
     refuse(undefined->body,
            fmt::format("has a velocity_field without a finite value or gradient at {} m: {}",
                        vector_text(undefined->position), scene.bodies[undefined->body].velocity_field.words()));
@@ -165,9 +170,9 @@ void check_bodies(const Scene& scene, const ParticleCounter& n_particles) {
       const Body &first = scene.bodies[a], &second = scene.bodies[b];
       if (counts[a] == 0 || counts[b] == 0 || !overlap(boxes[a], boxes[b])) continue;
       // The later body of a list loses the points that lie in the earlier one: try both orders.
-      const GlobalIndex lost_by_second = counts[a] + counts[b] - n_particles(grid, {first, second});
+      const GlobalIndex lost_by_second = counts[a] + counts[b] - survey.count(grid, {first, second});
       const GlobalIndex lost =
-          lost_by_second > 0 ? lost_by_second : counts[a] + counts[b] - n_particles(grid, {second, first});
+          lost_by_second > 0 ? lost_by_second : counts[a] + counts[b] - survey.count(grid, {second, first});
       if (lost > 0)
         refuse(b, fmt::format(
                       "overlaps body '{}' in {} particles; move one of them, or set allow_overlap = true to let the first "

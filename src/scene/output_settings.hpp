@@ -1,7 +1,6 @@
 #pragma once
 // What a run writes, tables [output] and [checkpoint] of a scene.
 
-#include <array>
 #include <string>
 #include <vector>
 
@@ -11,31 +10,12 @@ namespace bulkley {
 
 enum class FloatPrecision { float32, float64 };
 
-/// What frames can hold in addition to the fields of the particles:
-///   pressure           -tr(tau) / (3 J), Pa
-///   deviatoric_stress  ||dev tau|| / J, Pa (Frobenius norm)
-///   cauchy_stress      tau / J, Pa
-///   density            m / (V0 J), kg/m^3
-///   rank               the rank that holds the particle, int32; the only one that depends on the number of ranks
-inline constexpr std::array derived_frame_fields{"pressure", "deviatoric_stress", "cauchy_stress", "density", "rank"};
-
 /// Names that `output.fields` may hold: the fields of checkpoints but the position, which is always written, and the derived
-/// ones. Symmetric tensors are written with all nine components. Not collective.
-inline std::vector<std::string> frame_field_names() {
-  std::vector<std::string> names;
-  for (const FieldInfo& field : field_table)
-    if (field.written && field.field != Field::position) names.emplace_back(field.name);
-  names.insert(names.end(), derived_frame_fields.begin(), derived_frame_fields.end());
-  return names;
-}
+/// ones (derived_fields). Symmetric tensors are written with all nine components. Not collective.
+std::vector<std::string> frame_field_names();
 
 /// The fields among them that `particles` have of their own. Not collective.
-inline std::vector<std::string> particle_field_names(const ParticleSet& particles) {
-  std::vector<std::string> names;
-  for (const FieldInfo& field : field_table)
-    if (field.written && field.field != Field::position && particles.has(field.field)) names.emplace_back(field.name);
-  return names;
-}
+std::vector<std::string> particle_field_names(const ParticleSet& particles);
 
 struct OutputSettings {
   double frame_interval = 0.0;     ///< s; 0: no frames

@@ -89,7 +89,7 @@ void check_frame_count(const Value& root, const Scene& scene, Faults& faults) {
 /// What several tables have to agree on, and the members that follow from several tables.
 void join_tables(const Value& root, Scene& scene, Faults& faults) {
   scene.grid.order = scene.transfer.order;
-  for (std::size_t axis = 0; axis < 3; ++axis) scene.grid.periodic[axis] = scene.faces[2 * axis].kind == FaceKind::periodic;
+  for (std::size_t axis = 0; axis < 3; ++axis) scene.grid.periodic[axis] = is_periodic(scene.faces, axis);
   check_periodic_cells(*root.find("domain"), scene.grid, faults);
   if (scene.bodies.empty()) faults.add(root.find("bodies")->place, "'bodies' is empty; a scene needs at least one body");
   require_different_names(root, "bodies", faults);
@@ -155,9 +155,12 @@ Scene parse_scene(const std::string& text, const std::string& file_name, const s
   faults.throw_if_any();
   scene.warnings = faults.warnings();
   resolve_mesh_files(file_name, scene);
-  scene.effective_text =
-      "# The effective input of a run: every key, defaults included.\n" + config::print_toml(scene_keys().write(scene));
+  scene.effective_text = effective_text(scene);
   return scene;
+}
+
+std::string effective_text(const Scene& scene) {
+  return "# The effective input of a run: every key, defaults included.\n" + config::print_toml(scene_keys().write(scene));
 }
 
 std::vector<config::TableText> input_tables() {

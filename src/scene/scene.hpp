@@ -2,6 +2,7 @@
 // Everything in a scene file.
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -43,16 +44,24 @@ struct Scene {
 /// Not collective: every rank parses the same text.
 Scene parse_scene(const std::string& text, const std::string& file_name, const std::vector<std::string>& overrides);
 
-/// Counts the particles that bodies put into a grid.
-using ParticleCounter = std::function<GlobalIndex(const GridGeometry& grid, const std::vector<Body>& bodies)>;
+/// The effective input of a scene as TOML: every key, defaults included. Not collective.
+std::string effective_text(const Scene& scene);
+
+/// How the lattice points of bodies in a grid are visited: by one rank alone or by several, each in a share of the tiles.
+struct BodySurvey {
+  std::function<GlobalIndex(const GridGeometry& grid, const std::vector<Body>& bodies)> count;  ///< of their particles
+  std::function<std::optional<UndefinedMotion>(const GridGeometry& grid, const std::vector<Body>& bodies)>
+      find_undefined_motion;  ///< the first in the order of tiles
+};
 
 /// On this rank alone. Not collective.
-GlobalIndex count_alone(const GridGeometry& grid, const std::vector<Body>& bodies);
+BodySurvey survey_alone();
 
-/// Checks of a parsed scene that need the shapes' geometry: every body inside the domain, holding at least one particle, and
-/// overlapping no other unless the scene allows it (judged by the particles it would get, hence more expensive than
-/// parsing). Throws UsageError with one sentence per fault and line. Collective if `count` is.
-void check_bodies(const Scene& scene, const ParticleCounter& count = count_alone);
+/// What the shapes' geometry says about a parsed scene: every body inside the domain, holding at least one particle, and
+/// overlapping no other unless the scene allows it (by the particles it would get, hence more expensive than parsing), and a
+/// motion that is defined at each of its particles. Throws UsageError with one sentence per fault and line. Collective if
+/// `survey` is.
+void check_bodies(const Scene& scene, const BodySurvey& survey = survey_alone());
 
 /// Colliders must be thicker than two cells: a thinner one does not keep the material on its two sides apart. Throws
 /// UsageError with one sentence per fault and line, each with the required thickness. Not collective (the same on every

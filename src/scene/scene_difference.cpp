@@ -1,6 +1,7 @@
 #include "scene/scene_difference.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include <fmt/format.h>
@@ -46,12 +47,37 @@ const std::string* find(const Leaves& leaves, const std::string& path) {
   return found == leaves.end() ? nullptr : &found->second;
 }
 
-// As this version would print it, which adds the keys that it has and an older one had not.
-std::string brought_up_to_date(const std::string& text) {
+// The constants of a flow as the scene gave them; null for laws that know one convention only.
+ShearRheometerConstants* given_flow(Material& material) {
+  return std::visit(
+      [](auto& law) -> ShearRheometerConstants* {
+        if constexpr (requires { law.parameters.given; })
+          return &law.parameters.given;
+        else
+          return nullptr;
+      },
+      material);
+}
+
+// Flows are compared as both scenes give them, or else both in Yue's convention.
+void use_one_convention(Scene& before, Scene& now) {
+  for (NamedMaterial& old : before.materials)
+    for (NamedMaterial& present : now.materials) {
+      if (old.name != present.name) continue;
+      ShearRheometerConstants* const a = given_flow(old.material);
+      ShearRheometerConstants* const b = given_flow(present.material);
+      if (a && b && std::isnan(a->flow_index) != std::isnan(b->flow_index)) *a = *b = {};
+    }
+}
+
+// Both scenes as this version prints them, which adds the keys that it has and an older one had not.
+std::pair<std::string, std::string> comparable_texts(const std::string& before, const Scene& now) {
   try {
-    return parse_scene(text, "scene", {}).effective_text;
+    Scene old = parse_scene(before, "scene", {}), present = now;
+    use_one_convention(old, present);
+    return {effective_text(old), effective_text(present)};
   } catch (const UsageError&) {
-    return text;
+    return {before, now.effective_text};
   }
 }
 
@@ -59,13 +85,14 @@ std::string brought_up_to_date(const std::string& text) {
 
 std::vector<std::string> scene_differences(const std::string& before, const Scene& now) {
   if (before == now.effective_text) return {};
-  Leaves old_leaves;
+  Leaves old_leaves, new_leaves;
   try {
-    old_leaves = leaves_of(brought_up_to_date(before));
+    const auto [old_text, new_text] = comparable_texts(before, now);
+    old_leaves = leaves_of(old_text);
+    new_leaves = leaves_of(new_text);
   } catch (const UsageError&) {
     return {"the scene in the checkpoint cannot be read"};
   }
-  const Leaves new_leaves = leaves_of(now.effective_text);
   std::vector<std::string> differences;
   for (const auto& [path, value] : new_leaves) {
     const std::string* old_value = find(old_leaves, path);

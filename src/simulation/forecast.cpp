@@ -7,11 +7,11 @@
 #include <limits>
 #include <numeric>
 #include <set>
-#include <type_traits>
 
 #include "balance/traffic.hpp"
 #include "io/checkpoint/checkpoint.hpp"
 #include "io/frames/frame.hpp"
+#include "rebalance/share.hpp"
 #include "simulation/forecast.hpp"
 #include "simulation/setup.hpp"
 
@@ -20,29 +20,6 @@ namespace bulkley {
 namespace {
 
 constexpr double undefined = std::numeric_limits<double>::quiet_NaN();
-
-// Stress at shear rate U / L and what is yield stress of it; only fluids have either.
-struct FlowStress {
-  double total = undefined, yield = undefined;
-};
-FlowStress flow_stress(const Material& material, double rate) {
-  return std::visit(
-      [rate]<class Law>(const Law& law) -> FlowStress {
-        const auto& p = law.parameters;
-        if constexpr (std::is_same_v<Law, Newtonian>) {
-          return {p.viscosity * rate, 0.0};
-        } else if constexpr (std::is_same_v<Law, OldroydB>) {
-          return {(p.solvent_viscosity + p.shear_modulus * p.relaxation_time) * rate, 0.0};
-        } else if constexpr (std::is_base_of_v<HerschelBulkley::Parameters, typename Law::Parameters>) {
-          const ShearRheometerConstants c = shear_rheometer_constants(p);  // of the full structure, if it has one
-          return {c.yield_stress + c.consistency * std::pow(rate, c.flow_index) + p.background_viscosity * rate,
-                  c.yield_stress};
-        } else {
-          return {};
-        }
-      },
-      material);
-}
 
 // Of a lattice of points over the bounds: exact for a rigid motion, whose fastest point is a corner, and near for a field.
 double fastest_start(const GridGeometry& grid, const Body& body, const Bounds& box) {
@@ -65,7 +42,7 @@ BodyForecast body_forecast(const Comm& comm, const Scene& scene, const Body& bod
   f.material = body.material;
   Scene alone = scene;
   alone.bodies = {body};
-  f.n_particles = seeded_census(comm, alone).n_particles();
+  f.n_particles = gather_census(comm, seeded_census(comm, alone)).n_particles();
   const double dx = scene.grid.cell_size;
   f.mass = static_cast<double>(f.n_particles) * body.density * dx * dx * dx / body.particles_per_cell;
 
@@ -75,7 +52,8 @@ BodyForecast body_forecast(const Comm& comm, const Scene& scene, const Body& bod
   f.at_rest = f.speed == 0.0;
   const double u = f.at_rest ? std::sqrt(scene.gravity.norm() * f.size) : f.speed;
   const Material& material = scene.materials[body.material_index].material;
-  const FlowStress stress = flow_stress(material, u / f.size);
+  const CharacteristicStress stress =
+      characteristic_stress(material, u / f.size).value_or(CharacteristicStress{undefined, undefined});
   f.wave_speed = wave_speed_at_rest(material);
   f.reynolds = body.density * u * u / stress.total;
   f.bingham = stress.yield / (stress.total - stress.yield);
@@ -89,8 +67,8 @@ BodyForecast body_forecast(const Comm& comm, const Scene& scene, const Body& bod
 constexpr double dmda_bytes_per_node = 20.0;
 constexpr double library_bytes = 5.0e6;
 
-// Bytes by rank: particles with their work arrays, nodes of the pool and as many owned ones, the tables over all tiles, and
-// where the grid is written its DMDA and a vector. Precondition: check_grid_output.
+// Bytes by rank: particles with their work arrays, nodes of the pool and as many owned ones, the map of tiles, and
+// where the grid is written its DMDA and a vector.
 std::vector<double> memory_estimates(const Scene& scene, const Partition& partition,
                                      const std::vector<RankTraffic>& traffic) {
   const ParticleSet sample(optional_fields(scene));
@@ -98,20 +76,16 @@ std::vector<double> memory_estimates(const Scene& scene, const Partition& partit
   const double per_particle = static_cast<double>(sample.bytes_per_particle()) + 8.0 + 2.0 * sizeof(LocalIndex);
   const double vectors = scene.transfer.flip_fraction() > 0.0 ? 2.0 : 1.0;
   const double footprint = std::pow(footprint_width(scene.grid.order), 2);
-  const double tables = static_cast<double>(scene.grid.n_tiles()) * sizeof(std::int32_t);
+  const auto tables = static_cast<double>(partition.map.memory());
   std::vector<double> bytes;
   for (const RankTraffic& rank : traffic)
     bytes.push_back(library_bytes + tables + per_particle * static_cast<double>(rank.n_particles) +
                     2.0 * vectors * sizeof(Node) * static_cast<double>(rank.n_pool_nodes) +
                     sizeof(LocalIndex) * (tile_nodes + footprint) * static_cast<double>(rank.n_tiles));
   if (!scene.output.grid) return bytes;
-  const Boxes& boxes = *partition.boxes;
-  for (int i = 0; i < boxes.n_ranks[0]; ++i)
-    for (int j = 0; j < boxes.n_ranks[1]; ++j)
-      for (int k = 0; k < boxes.n_ranks[2]; ++k) {
-        const double owned = 1.0 * boxes.nodes[0][i] * boxes.nodes[1][j] * boxes.nodes[2][k];
-        bytes[static_cast<std::size_t>(boxes.rank_of({i, j, k}))] += (sizeof(Node) + dmda_bytes_per_node) * owned;
-      }
+  const FieldBoxes boxes = field_boxes(node_fields(scene.grid), static_cast<int>(bytes.size()));
+  for (std::size_t rank = 0; rank < bytes.size(); ++rank)
+    bytes[rank] += (sizeof(Node) + dmda_bytes_per_node) * static_cast<double>(boxes.n_nodes(static_cast<int>(rank)));
   return bytes;
 }
 
@@ -122,7 +96,7 @@ double wave_speed_at_rest(const Material& material) {
 }
 
 Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks) {
-  check_grid_output(scene, n_ranks);
+  check_grid_output(scene);
   Forecast f;
   f.n_ranks = n_ranks;
   StepBounds start;
@@ -140,7 +114,7 @@ Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks) {
   }
   for (const NamedMaterial& material : scene.materials)
     if (!material.caveat.empty()) f.warnings.push_back(fmt::format("material '{}': {}", material.name, material.caveat));
-  const TileCensus census = seeded_census(comm, scene);
+  const TileCensus census = gather_census(comm, seeded_census(comm, scene));  // the root's; empty elsewhere
   f.n_particles = census.n_particles();
   std::vector<GlobalIndex> share;
   std::vector<double> bytes{0.0};
@@ -152,7 +126,7 @@ Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks) {
     f.warnings.insert(f.warnings.end(), notes.warnings.begin(), notes.warnings.end());
     f.boxes = partition.boxes;
     f.method = notes.method;
-    const std::vector<RankTraffic> traffic = predict_traffic(scene.grid, partition, load);
+    const std::vector<RankTraffic> traffic = predict_traffic(scene.grid, partition.map, load);
     for (const RankTraffic& rank : traffic) share.push_back(rank.n_particles);
     f.largest_share = *std::max_element(share.begin(), share.end());
     f.imbalance = imbalance(share);

@@ -1,5 +1,5 @@
 #pragma once
-// What a scene will need, foretold from the scene alone: `bulkley check`.
+// What a scene will need, estimated from the scene alone: `bulkley check`.
 
 #include <optional>
 #include <string>
@@ -35,7 +35,7 @@ struct Forecast {
   PartitionMethod method = PartitionMethod::uniform;  ///< that divides the work at the start
   std::optional<Boxes> boxes;                         ///< of the grid's nodes, where there are any
   double imbalance = 1.0;                             ///< largest over mean particles per rank at the start
-  GlobalIndex largest_share = 0;                      ///< particles of the fullest rank
+  GlobalIndex largest_share = 0;                      ///< particles of the most loaded rank
   double bytes_per_rank = 0.0;       ///< that the rank with most of them comes to occupy beyond the empty program
   double bytes_per_particle = 0.0;   ///< of all ranks together; NaN without particles
   GlobalIndex checkpoint_bytes = 0;  ///< of one

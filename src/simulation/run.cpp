@@ -7,7 +7,6 @@
 #include "io/checkpoint/checkpoint.hpp"
 #include "io/files/text_file.hpp"
 #include "parallel/log.hpp"
-#include "rebalance/share.hpp"
 #include "simulation/outputs/output.hpp"
 #include "simulation/setup.hpp"
 #include "simulation/stop_criteria.hpp"
@@ -40,7 +39,7 @@ Run::Run(const Comm& run_comm, const Scene& run_scene, const RunOptions& run_opt
 Run::~Run() = default;
 
 GlobalIndex Run::start() {
-  check_bodies(scene, shared_counter(comm));
+  check_bodies(scene, shared_survey(comm));
   state.cost = assumed_cost(scene);
   solver = start_solver(comm, scene);
   state.bounds = solver->bounds();
@@ -88,7 +87,7 @@ GlobalIndex Run::restore() {
   fit_frame_tick(state, scene.output.frame_interval);
   state.cost.n_exchanges = scene.transfer.n_exchanges();
   const auto n_materials = static_cast<int>(scene.materials.size());
-  const TileCensus census = gather_census(comm, take_census(scene.grid, particles, n_materials));
+  const TileCensus census = take_census(scene.grid, particles, n_materials);
   Partition partition = first_partition(comm, scene, census, state.cost);
   solver = std::make_unique<Solver>(comm, physics_of(scene), std::move(partition), std::move(particles), state.bounds);
   solver->load_forces(state.force_reals, state.force_integers);

@@ -1,7 +1,7 @@
 #include "simulation/setup.hpp"
-#include "rebalance/share.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -9,6 +9,8 @@
 #include "geometry/mesh_shape.hpp"
 #include "kernel/stress_update.hpp"
 #include "parallel/gather.hpp"
+#include "rebalance/partitioner.hpp"
+#include "rebalance/share.hpp"
 #include "scene/scene_difference.hpp"
 
 namespace bulkley {
@@ -40,10 +42,35 @@ TileCensus count_share(const Comm& comm, const GridGeometry& grid, const std::ve
 
 }  // namespace
 
-ParticleCounter shared_counter(const Comm& comm) {
-  return [&comm](const GridGeometry& grid, const std::vector<Body>& bodies) {
-    return sum_global(comm, count_share(comm, grid, bodies).n_particles());
-  };
+namespace {
+
+// The first of the ranks' finds in the order of tiles, on every rank: their shares of the tiles are in the order of ranks.
+std::optional<UndefinedMotion> first_undefined_motion(const Comm& comm, const GridGeometry& grid,
+                                                      const std::vector<Body>& bodies) {
+  const EvenShare tiles = even_share(comm, grid.n_tiles());
+  std::optional<UndefinedMotion> found;
+  collective_guard(comm, [&] {
+    found = find_undefined_motion(grid, bodies, static_cast<TileIndex>(tiles.first), static_cast<TileIndex>(tiles.end));
+  });
+  const GlobalIndex finder = min_global(comm, GlobalIndex{found ? comm.rank() : comm.size()});
+  if (finder == comm.size()) return std::nullopt;
+  const bool mine = finder == comm.rank();
+  UndefinedMotion first{};
+  first.body = static_cast<std::size_t>(max_global(comm, GlobalIndex{mine ? static_cast<GlobalIndex>(found->body) : 0}));
+  for (int a = 0; a < 3; ++a)
+    first.position[a] = max_global(comm, mine ? found->position[a] : -std::numeric_limits<double>::infinity());
+  return first;
+}
+
+}  // namespace
+
+BodySurvey shared_survey(const Comm& comm) {
+  return {[&comm](const GridGeometry& grid, const std::vector<Body>& bodies) {
+            return sum_global(comm, count_share(comm, grid, bodies).n_particles());
+          },
+          [&comm](const GridGeometry& grid, const std::vector<Body>& bodies) {
+            return first_undefined_motion(comm, grid, bodies);
+          }};
 }
 
 std::vector<std::string> material_names(const Scene& scene) {
@@ -85,9 +112,7 @@ void expect_inside(const GridGeometry& grid, const ParticleSet& particles, const
   }
 }
 
-TileCensus seeded_census(const Comm& comm, const Scene& scene) {
-  return gather_census(comm, count_share(comm, scene.grid, scene.bodies));
-}
+TileCensus seeded_census(const Comm& comm, const Scene& scene) { return count_share(comm, scene.grid, scene.bodies); }
 
 TileTotals tile_totals(const Comm& comm, const GridGeometry& grid, const TileCensus& local, const CostModel& cost) {
   const auto n_tiles = static_cast<std::size_t>(grid.n_tiles());
@@ -109,27 +134,21 @@ CostModel assumed_cost(const Scene& scene) {
   return cost;
 }
 
-void check_grid_output(const Scene& scene, int n_ranks) {
+void check_grid_output(const Scene& scene) {
   if (!scene.output.grid) return;
-  Grid::check_fits(scene.grid);
-  if (const std::string fault = box_fault(scene.grid, n_ranks); !fault.empty())
-    throw UsageError(fmt::format("{}, as output.grid = true needs; use another number of ranks or a finer grid", fault));
+  if (const std::string fault = field_fault(node_fields(scene.grid)); !fault.empty())
+    throw UsageError(fmt::format("output.grid = true: {}", fault));
 }
 
 Partition first_partition(const Comm& comm, const Scene& scene, const TileCensus& census, const CostModel& cost) {
-  Partition partition;
-  root_guard(comm, [&] {
-    PartitionNotes notes;
-    partition = make_partition(scene.grid, scene.partition, tile_load(census, cost), comm.size(), nullptr, cost, &notes);
-    for (const std::string& warning : notes.warnings) fmt::print(stderr, "warning: {}\n", warning);
-  });
-  return share_partition(comm, std::move(partition));
+  PartitionProposal proposal = make_partitioner(scene.partition)->propose(comm, {scene.grid, census, cost});
+  for (const std::string& warning : proposal.notes.warnings) fmt::print(stderr, "warning: {}\n", warning);
+  BULKLEY_ASSERT(proposal.partition);
+  return std::move(*proposal.partition);
 }
 
 ParticleSet seed_share(const Comm& comm, const Scene& scene, const Partition& partition) {
-  std::vector<TileIndex> tiles;
-  for (std::size_t tile = 0; tile < partition.worker.size(); ++tile)
-    if (partition.worker[tile] == comm.rank()) tiles.push_back(static_cast<TileIndex>(tile));
+  const std::vector<TileIndex> tiles = partition.map.owned_tiles(comm.rank());
   ParticleSet particles(optional_fields(scene));
   collective_guard(comm, [&] { seed_particles(scene.grid, scene.bodies, tiles, particles); });
   for (std::size_t m = 0; m < scene.materials.size(); ++m)

@@ -16,9 +16,8 @@ Physics physics_of(const Scene& scene);
 /// The fields that the scene's particles have beside those that all have. Not collective.
 OptionalFields optional_fields(const Scene& scene);
 
-/// A counter to which each rank contributes the particles of a share of the tiles; its calls are collective. `comm` must
-/// outlive it.
-ParticleCounter shared_counter(const Comm& comm);
+/// A survey in which each rank visits a share of the tiles; its calls are collective. `comm` must outlive it.
+BodySurvey shared_survey(const Comm& comm);
 
 /// Names of the scene's materials, in its order. Not collective.
 std::vector<std::string> material_names(const Scene& scene);
@@ -26,18 +25,17 @@ std::vector<std::string> material_names(const Scene& scene);
 /// Throws UsageError unless `found`, the materials of the checkpoint `file`, are those of the scene. Not collective.
 void expect_materials(const std::string& file, const std::vector<std::string>& found, const Scene& scene);
 
-/// Throws UsageError if the scene differs from the one in the checkpoint `file` (scene_differences) with the first keys that do,
-/// or returns that sentence if it `may` differ; empty if it does not. Not collective.
+/// Throws UsageError if the scene differs from the one in the checkpoint `file` (scene_differences) with the first keys that
+/// do, or returns that sentence if it `may` differ; empty if it does not. Not collective.
 std::string expect_same_scene(const std::string& file, const std::string& scene_text, const Scene& scene, bool may);
 
 /// Throws UsageError if a particle of the checkpoint `file` lies outside the domain. Not collective.
 void expect_inside(const GridGeometry& grid, const ParticleSet& particles, const std::string& file);
 
-/// What the tiles hold at the scene's start, on the root, empty elsewhere; each rank counts a share of the tiles.
-/// Collective.
+/// What this rank's share of the tiles holds at the scene's start; each tile is in the share of one rank. Collective.
 TileCensus seeded_census(const Comm& comm, const Scene& scene);
 
-/// What each tile holds and is reckoned to cost (tile_load), by TileIndex.
+/// What each tile holds and its estimated cost (tile_load), by TileIndex.
 struct TileTotals {
   std::vector<GlobalIndex> n_particles;
   std::vector<double> cost;  ///< ns a step
@@ -51,11 +49,11 @@ CostModel load_cost(const Reals& reals);
 /// What steps of the scene cost before any is measured. Not collective.
 CostModel assumed_cost(const Scene& scene);
 
-/// Refuses fields of the grid where no DMDA can hold them on so many ranks. Throws UsageError. Not collective.
-void check_grid_output(const Scene& scene, int n_ranks);
+/// Refuses frames of a grid that PETSc cannot number. Throws UsageError. Not collective.
+void check_grid_output(const Scene& scene);
 
-/// The scene's partition of `census` (the root's counts) for as many ranks as there are, on every rank; warnings on the
-/// root's stderr. Throws UsageError. Collective.
+/// The scene's partition for as many ranks as there are, on every rank; warnings on the root's stderr. `census`: of this
+/// rank's particles, or its share of the counts (PartitionRequest). Throws UsageError. Collective.
 Partition first_partition(const Comm& comm, const Scene& scene, const TileCensus& census, const CostModel& cost);
 
 /// The particles of the tiles that `partition` gives to this rank. Collective.

@@ -192,10 +192,6 @@ particles_per_cell = 8
          arguments=[*RUN, "--set", "partition.method=ranges"], replace=FEW_TILES),
     Case("check_method_without_boxes", USAGE, r"too few .* 7 ranks .* partition\.method", ranks=(1,),
          arguments=["check", "{scene}", "-n", "7", "--set", "partition.method=uniform"], replace=FEW_TILES),
-    Case("grid_output_without_boxes", USAGE, r"the grid has 3 x 3 x 3 tiles .* too few .* 5 ranks .* output\.grid", ranks=(5,),
-         arguments=[*RUN, "--set", "output.grid=true"], replace=FEW_TILES),
-    Case("check_grid_output_without_boxes", USAGE, r"too few .* 7 ranks .* output\.grid", ranks=(1, 4),
-         arguments=["check", "{scene}", "-n", "7", "--set", "output.grid=true"], replace=FEW_TILES),
     Case("out_is_a_file", USAGE, r"out: the output folder cannot be made", prepare=out_is_a_file),
 
     Case("out_is_in_use", USAGE, r"out: .*--overwrite", prepare=whole_run),

@@ -1,4 +1,4 @@
-// ranks: 1 2 3 4 8
+// ranks: 1 3 4
 #include "io/checkpoint/checkpoint.hpp"
 
 #include <gtest/gtest.h>

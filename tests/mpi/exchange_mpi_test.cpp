@@ -9,6 +9,8 @@
 #include <limits>
 #include <numeric>
 
+#include "support/tile_loads.hpp"
+
 namespace bulkley {
 namespace {
 
@@ -24,17 +26,17 @@ const Shape shapes[] = {
     {"one tile along two axes", {40, 4, 4}, {true, true, true}},
 };
 
-// Which rank works on a tile; -1: nobody.
+// Which rank's pool a tile is in; -1: none.
 struct Map {
   const char* name;
-  std::function<int(TileIndex, const Partition&, int n_ranks)> worker;
+  std::function<int(TileIndex, const TileMap&, int n_ranks)> rank;
 };
 const Map maps[] = {
-    {"owners", [](TileIndex tile, const Partition& p, int) { return p.worker[tile]; }},
-    {"scattered", [](TileIndex tile, const Partition&, int n_ranks) { return tile * 7919 % 101 % n_ranks; }},
-    {"all on the last rank", [](TileIndex, const Partition&, int n_ranks) { return n_ranks - 1; }},
-    {"every third tile", [](TileIndex tile, const Partition& p, int) { return tile % 3 == 0 ? p.worker[tile] : -1; }},
-    {"no tiles", [](TileIndex, const Partition&, int) { return -1; }},
+    {"owners", [](TileIndex tile, const TileMap& map, int) { return map.owner(tile); }},
+    {"scattered", [](TileIndex tile, const TileMap&, int n_ranks) { return tile * 7919 % 101 % n_ranks; }},
+    {"all on the last rank", [](TileIndex, const TileMap&, int n_ranks) { return n_ranks - 1; }},
+    {"every third tile", [](TileIndex tile, const TileMap& map, int) { return tile % 3 == 0 ? map.owner(tile) : -1; }},
+    {"no tiles", [](TileIndex, const TileMap&, int) { return -1; }},
 };
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
@@ -44,7 +46,7 @@ double contribution(int rank, const NodeRow& row, int n, int c) {
   return (rank + 1) * 1000 + (row.i * 31 + row.j * 17 + (row.k + n) * 7) % 997 + 10000 * c;
 }
 
-// One geometry, partition and worker map, with the sums that every rank can compute for itself.
+// One geometry, its owners and the pools of ranks, with the sums that every rank can compute for itself.
 struct Setting {
   GridGeometry geometry;
   Partition partition;
@@ -59,8 +61,8 @@ struct Setting {
                                tile_load(std::vector<GlobalIndex>(geometry.n_tiles(), 1)), n_ranks);
     std::vector<std::vector<TileIndex>> tiles(n_ranks);
     for (TileIndex tile = 0; tile < geometry.n_tiles(); ++tile) {
-      const int worker = map.worker(tile, partition, n_ranks);
-      if (worker >= 0) tiles[worker].push_back(tile);
+      const int rank = map.rank(tile, partition.map, n_ranks);
+      if (rank >= 0) tiles[rank].push_back(tile);
     }
     for (auto& list : tiles) layouts.emplace_back(geometry, std::move(list));
   }
@@ -75,11 +77,11 @@ struct Setting {
     }
     return (node[0] * geometry.n_nodes(1) + node[1]) * geometry.n_nodes(2) + node[2];
   }
-  // Rank whose box holds a node: here the workers are those.
+  // Rank whose box holds a node: here it owns their tiles.
   int owner(Int3 node) const {
     for (int axis = 0; axis < 3; ++axis)
       if (geometry.periodic[axis]) node[axis] %= geometry.n_nodes(axis);
-    return partition.worker[geometry.tile_of_node(node)];
+    return partition.map.owner(geometry.tile_of_node(node));
   }
   std::size_t n_dense() const {
     return static_cast<std::size_t>(geometry.n_nodes(0)) * geometry.n_nodes(1) * geometry.n_nodes(2);
@@ -120,7 +122,7 @@ class ExchangeTest : public testing::Test {
 TEST_F(ExchangeTest, AddSumsAllCopiesOfEachNode) {
   for_each_setting([&](const Setting& setting) {
     const PoolLayout& layout = setting.layouts[comm.rank()];
-    Exchange exchange(comm, setting.geometry, setting.partition.worker, layout);
+    Exchange exchange(comm, setting.geometry, setting.partition.map, layout);
 
     std::vector<Node> pool(layout.n_nodes());
     for (const NodeRow& row : layout.rows())
@@ -161,7 +163,7 @@ TEST_F(ExchangeTest, AddSumsAllCopiesOfEachNode) {
 TEST_F(ExchangeTest, GetBringsTheOwnersValues) {
   for_each_setting([&](const Setting& setting) {
     const PoolLayout& layout = setting.layouts[comm.rank()];
-    Exchange exchange(comm, setting.geometry, setting.partition.worker, layout);
+    Exchange exchange(comm, setting.geometry, setting.partition.map, layout);
 
     std::vector<Node> owned(exchange.n_owned(), Node{{nan, nan, nan, nan}});
     const std::vector<Int3> positions = exchange.active_positions();
@@ -184,7 +186,7 @@ TEST_F(ExchangeTest, GetBringsTheOwnersValues) {
 TEST_F(ExchangeTest, ASumIsNeverNegativeZero) {
   for_each_setting([&](const Setting& setting) {
     const PoolLayout& layout = setting.layouts[comm.rank()];
-    Exchange exchange(comm, setting.geometry, setting.partition.worker, layout);
+    Exchange exchange(comm, setting.geometry, setting.partition.map, layout);
     const std::vector<Node> pool(layout.n_nodes(), Node{{-0.0, -0.0, -0.0, -0.0}});
     std::vector<Node> owned(exchange.n_owned(), Node{{nan, nan, nan, nan}});
     exchange.add(pool.data(), owned.data());
@@ -197,7 +199,7 @@ TEST_F(ExchangeTest, ASumIsNeverNegativeZero) {
 
 TEST_F(ExchangeTest, CountsWhatGoesToOthers) {
   for_each_setting([&](const Setting& setting) {
-    const Exchange exchange(comm, setting.geometry, setting.partition.worker, setting.layouts[comm.rank()]);
+    const Exchange exchange(comm, setting.geometry, setting.partition.map, setting.layouts[comm.rank()]);
     std::vector<std::size_t> to_owner(comm.size(), 0), to_sharer(comm.size(), 0);  // bytes of one add, one get
     for (int rank = 0; rank < comm.size(); ++rank)
       for (const NodeRow& row : setting.layouts[rank].rows())
@@ -217,50 +219,37 @@ TEST_F(ExchangeTest, CountsWhatGoesToOthers) {
   });
 }
 
-TEST_F(ExchangeTest, StoresActiveNodesInTheGrid) {
+// Pools of one number a node: component 2 of those above.
+TEST_F(ExchangeTest, ScalarsGoTheSameWays) {
   for_each_setting([&](const Setting& setting) {
-    Partition other = setting.partition;
-    for (std::int32_t& worker : other.worker) worker = (worker + 1) % comm.size();  // nodes must travel
-    const Grid grid(comm, setting.geometry, *setting.partition.boxes);
-    const Exchange exchange(comm, setting.geometry, other.worker, setting.layouts[comm.rank()]);
-    std::vector<Node> owned(exchange.n_owned(), Node{{nan, nan, nan, nan}});
-    const std::vector<Int3> positions = exchange.active_positions();
-    for (std::size_t a = 0; a < positions.size(); ++a)
-      for (int c = 0; c < 4; ++c)
-        owned[exchange.active_nodes()[a]].c[c] = 4 * setting.dense(positions[a][0], positions[a][1], positions[a][2]) + c;
-    std::vector<Node> global(grid.n_owned(), Node{{-1.0, -2.0, -3.0, -4.0}});
-    exchange.store(comm, owned.data(), grid, global.data());
+    const PoolLayout& layout = setting.layouts[comm.rank()];
+    Exchange exchange(comm, setting.geometry, setting.partition.map, layout);
+    std::vector<double> pool(layout.n_nodes(), nan);
+    for (const NodeRow& row : layout.rows())
+      for (int n = 0; n < row.count; ++n)
+        if (setting.dense(row.i, row.j, row.k + n) >= 0) pool[row.offset + n] = contribution(comm.rank(), row, n, 2);
+    std::vector<double> owned(exchange.n_owned(), nan);
+    exchange.add(pool.data(), owned.data());
     const Setting::Truth truth = setting.truth();
+    const std::vector<Int3> positions = exchange.active_positions();
     int n_wrong = 0;
-    for (LocalIndex n = 0; n < grid.n_owned(); ++n) {
-      const Int3 node = grid.node(n);
-      const int at = setting.dense(node[0], node[1], node[2]);
-      for (int c = 0; c < 4; ++c) n_wrong += global[n].c[c] != (truth.n_copies[at] > 0 ? 4 * at + c : -1 - c);
+    for (std::size_t a = 0; a < positions.size(); ++a) {
+      const int at = setting.dense(positions[a][0], positions[a][1], positions[a][2]);
+      n_wrong += owned[exchange.active_nodes()[a]] != truth.sums[at].c[2];
     }
-    EXPECT_EQ(n_wrong, 0);
-  });
-}
-
-// Where the tiles of the two nodes have different workers.
-TEST_F(ExchangeTest, ANodeBehindAWallAndItsImageHaveOneOwner) {
-  for (int n_cells = 5; n_cells <= 12; ++n_cells) {
-    GridGeometry geometry;
-    geometry.cell_size = 0.1;
-    geometry.n_cells = {n_cells, n_cells, n_cells};
-    std::vector<std::int32_t> worker(geometry.n_tiles());
-    for (TileIndex tile = 0; tile < geometry.n_tiles(); ++tile) worker[tile] = tile * 7919 % 101 % comm.size();
-    const NodeOwner owner(geometry, worker);
-    for (int axis = 0; axis < 3; ++axis)
-      for (int n = 0; n < n_cells; ++n) {
-        Int3 behind{n, n, n}, front{n, n, n};
-        for (const auto& [b, f] : {std::pair{n_cells + 2, n_cells}, std::pair{0, 2}}) {
-          behind[axis] = b / 4, front[axis] = f / 4;
-          for (int other = 0; other < 3; ++other)
-            if (other != axis) behind[other] = front[other] = n / 4;
-          EXPECT_EQ(owner(behind), owner(front)) << n_cells << " cells, axis " << axis;
-        }
+    std::fill(pool.begin(), pool.end(), nan);
+    exchange.get(owned.data(), pool.data());
+    for (const NodeRow& row : layout.rows())
+      for (int n = 0; n < row.count; ++n) {
+        const int at = setting.dense(row.i, row.j, row.k + n);
+        n_wrong += pool[row.offset + n] != (at < 0 ? 0.0 : truth.sums[at].c[2]);
       }
-  }
+    EXPECT_EQ(n_wrong, 0);
+
+    std::fill(pool.begin(), pool.end(), -0.0);
+    exchange.add(pool.data(), owned.data());
+    for (const LocalIndex n : exchange.active_nodes()) EXPECT_TRUE(owned[n] == 0.0 && !std::signbit(owned[n]));
+  });
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// ranks: 1 2 3 4 8
+// ranks: 1 2 3
 #include "bulkley/parallel/comm.hpp"
 
 #include <gtest/gtest.h>
@@ -7,7 +7,6 @@
 #include <stdexcept>
 #include <type_traits>
 
-#include "parallel/log.hpp"
 #include "parallel/phases.hpp"
 
 namespace bulkley {
@@ -153,22 +152,6 @@ TEST_F(Parallel, RootGuardRunsOnTheRootAndTellsEveryone) {
   EXPECT_EQ(bad.text, "cannot open history.csv");
   const Caught usage = caught_from([&] { root_guard(comm, [] { throw UsageError("no such file"); }); });
   EXPECT_EQ(usage.kind, Kind::usage);
-}
-
-TEST_F(Parallel, WarningsAreMergedOverRanks) {
-  Warnings warnings;
-  warnings.add("shared");
-  warnings.add("shared");
-  if (comm.rank() == last) warnings.add("alone");
-  testing::internal::CaptureStderr();
-  warnings.print(comm);
-  warnings.print(comm);  // forgotten: prints nothing
-  std::fflush(stderr);
-  const std::string text = testing::internal::GetCapturedStderr();
-  const std::string ranks = comm.size() == 1 ? "1 rank" : std::to_string(comm.size()) + " ranks";
-  const std::string expected =
-      "warning: alone\nwarning: shared (" + std::to_string(2 * comm.size()) + " times on " + ranks + ")\n";
-  EXPECT_EQ(text, comm.is_root() ? expected : "");
 }
 
 TEST_F(Parallel, PhasesAccumulate) {

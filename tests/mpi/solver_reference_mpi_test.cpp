@@ -78,7 +78,7 @@ class SolverReferenceTest : public testing::Test {
                                         scene.physics.transfer.flip_fraction() > 0.0)
                                  .mass /
                              largest_mass;
-      const StepReport report = solver->step(1.0, 0, state);
+      const StepReport report = solver->step({0.0, 1.0}, state);
       EXPECT_EQ(report.plan.dt, dt);
       const bool compare = step < 3 || step % 10 == 9;
       const ParticleSet found = compare ? gathered(comm, solver->particles()) : ParticleSet();
@@ -118,7 +118,7 @@ TEST_F(SolverReferenceTest, PeriodicSlabOfOneTile) {
   }
 }
 
-TEST_F(SolverReferenceTest, WorkersFarFromTheOwners) {
+TEST_F(SolverReferenceTest, ParticlesFarFromTheOwnersOfTheirNodes) {
   for (const TransferSettings& transfer : some_transfers()) {
     SCOPED_TRACE(describe(transfer));
     expect_agreement(contact_scene(transfer), 30, PartitionMethod::uniform, true);

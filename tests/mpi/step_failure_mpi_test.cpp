@@ -35,7 +35,7 @@ class StepFailureTest : public testing::Test {
     TimeStepState state;
     Outcome outcome;
     try {
-      solver->step(1.0, 0, state);
+      solver->step({0.0, 1.0}, state);
     } catch (const StepFailure& failure) {
       outcome = {failure.what(), failure.place};
     }

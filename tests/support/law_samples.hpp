@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "support.hpp"
+#include "unit/material/support.hpp"
 
 namespace bulkley::material_test {
 

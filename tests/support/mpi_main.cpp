@@ -5,6 +5,7 @@
 #include <petscsys.h>
 
 #include <cstdio>
+#include <cstdlib>
 #include <string>
 
 #include "bulkley/parallel/petsc.hpp"
@@ -37,7 +38,9 @@ int main(int argc, char** argv) {
   // An exception that leaves a test ends the process, and with it the job; caught on one rank only, it would leave the
   // others waiting.
   GTEST_FLAG_SET(catch_exceptions, false);
+  if (GTEST_FLAG_GET(list_tests)) return RUN_ALL_TESTS();  // one process, without MPI
 
+  setenv("HWLOC_COMPONENTS", "-gl", 0);  // as the program does, see run_program
   BULKLEY_PETSC(PetscInitializeNoArguments());
   bulkley::install_assert_handler();
   int rank = 0;

@@ -89,8 +89,7 @@ class SerialStep {
     for (LocalIndex p = 0; p < particles.size(); ++p) {
       SymTensor<double> tau;
       for (int c = 0; c < 6; ++c) tau.c[c] = particles.real(Field::kirchhoff_stress, c)[p];
-      bounds.sums.stress_volume =
-          std::max(bounds.sums.stress_volume, particles.real(Field::reference_volume)[p] * std::sqrt(norm_squared(tau)));
+      bounds.sums.stress_volume.include(particles.real(Field::reference_volume)[p] * std::sqrt(norm_squared(tau)));
     }
     find_cells();
   }
@@ -158,7 +157,7 @@ class SerialStep {
     std::vector<OutsideParticle> outside;
     map.reset(layout, particles.size());
     locate(scene.grid, layout, particles, map, outside);
-    bounds.sums.cell_count = map.largest_count();
+    bounds.sums.cell_count.value = map.largest_count();
   }
 };
 

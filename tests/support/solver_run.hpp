@@ -12,6 +12,7 @@
 #include "integrator/solver.hpp"
 #include "kernel/stress_update.hpp"
 #include "support/particle_builders.hpp"
+#include "support/tile_loads.hpp"
 
 namespace bulkley {
 
@@ -153,7 +154,7 @@ inline std::vector<TransferSettings> some_transfers() {
 }
 
 /// A partition of the scene's grid by its particles; where there are no boxes, `hilbert` takes the place of methods that
-/// need them. `scattered`: workers far from the owners of the nodes.
+/// need them. `scattered`: neighbouring tiles at any ranks.
 inline Partition partition_of(const Comm& comm, const SolverScene& scene, PartitionMethod method, bool scattered = false) {
   std::vector<GlobalIndex> load(static_cast<std::size_t>(scene.physics.grid.n_tiles()), 0);
   for (LocalIndex p = 0; p < scene.particles.size(); ++p)
@@ -161,9 +162,7 @@ inline Partition partition_of(const Comm& comm, const SolverScene& scene, Partit
   const bool needs_boxes = method == PartitionMethod::uniform || method == PartitionMethod::ranges;
   if (needs_boxes && !box_fault(scene.physics.grid, comm.size()).empty()) method = PartitionMethod::hilbert;
   Partition partition = make_partition(scene.physics.grid, {method}, tile_load(load), comm.size());
-  if (scattered)
-    for (std::size_t tile = 0; tile < partition.worker.size(); ++tile)
-      partition.worker[tile] = static_cast<std::int32_t>(tile * 7919 % 101) % comm.size();
+  if (scattered) partition.map = scattered_map(scene.physics.grid, comm.size());
   return partition;
 }
 

@@ -1,5 +1,7 @@
 #pragma once
-// Grids, loads of tiles and judgements that tests of partitions share.
+// Grids, loads and maps of tiles that tests of partitions share.
+
+#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <random>
@@ -55,13 +57,42 @@ inline PartitionSettings by(PartitionMethod method) {
   return settings;
 }
 
-/// Largest over mean load of the ranks.
-inline double uneven(const Partition& partition, const TileLoad& load) {
-  return imbalance(rank_loads(partition, load, partition.n_ranks));
+/// The map whose owners are owner_of(tile).
+template <class OwnerOf>
+TileMap map_by(const GridGeometry& grid, int n_ranks, OwnerOf owner_of) {
+  std::vector<std::int32_t> owners;
+  for (TileIndex tile = 0; tile < grid.n_tiles(); ++tile) owners.push_back(static_cast<std::int32_t>(owner_of(tile)));
+  return {n_ranks, std::move(owners)};
 }
 
+/// Neighbouring tiles at ranks that have nothing to do with each other.
+inline TileMap scattered_map(const GridGeometry& grid, int n_ranks) {
+  return map_by(grid, n_ranks, [n_ranks](TileIndex tile) { return tile * 7919 % 101 % n_ranks; });
+}
+
+/// Every tile at one rank.
+inline TileMap map_to(const GridGeometry& grid, int n_ranks, int owner) {
+  return map_by(grid, n_ranks, [owner](TileIndex) { return owner; });
+}
+
+/// Every owner is one of the map's ranks.
+inline void expect_owners_in_range(const TileMap& map) {
+  for (TileIndex tile = 0; tile < map.n_tiles(); ++tile)
+    ASSERT_TRUE(map.owner(tile) >= 0 && map.owner(tile) < map.n_ranks()) << map.owner(tile);
+}
+
+/// Load of each rank.
+inline std::vector<GlobalIndex> rank_loads(const TileMap& map, const TileLoad& load) {
+  std::vector<GlobalIndex> of_rank(static_cast<std::size_t>(map.n_ranks()), 0);
+  for (std::size_t t = 0; t < load.size(); ++t) of_rank[static_cast<std::size_t>(map.owner(load.tile[t]))] += load.weight[t];
+  return of_rank;
+}
+
+/// Largest over mean load of the ranks.
+inline double uneven(const Partition& partition, const TileLoad& load) { return imbalance(rank_loads(partition.map, load)); }
+
 inline int n_without_load(const Partition& partition, const TileLoad& load) {
-  const std::vector<GlobalIndex> loads = rank_loads(partition, load, partition.n_ranks);
+  const std::vector<GlobalIndex> loads = rank_loads(partition.map, load);
   return static_cast<int>(std::count(loads.begin(), loads.end(), 0));
 }
 

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""drivers/adaptive_gain.py: the search for the largest stable step, what is unstable, and one figure, coarse and short."""
+"""The tool `adaptive-gain` of the Python package: the search for the largest stable step, what is unstable, and one figure,
+coarse and short."""
 
 import argparse
 import pathlib
@@ -12,8 +13,9 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 from bulkley_program import fail, parse_arguments, start  # noqa: E402
 
 DRIVERS = pathlib.Path(__file__).resolve().parents[2] / "drivers"
-sys.path.insert(0, str(DRIVERS))
-import adaptive_gain  # noqa: E402
+PACKAGE = DRIVERS / "python" / "bulkley"
+sys.path.insert(0, str(PACKAGE.parent))
+from bulkley import adaptive_gain  # noqa: E402
 
 
 class MadeUpStudy:
@@ -69,7 +71,7 @@ def check_limits():
 
 
 def check_program(arguments, work):
-    command = [sys.executable, str(DRIVERS / "adaptive_gain.py"), "--program", arguments.program, "--ranks", "1",
+    command = [sys.executable, str(PACKAGE), "adaptive-gain", "--program", arguments.program, "--ranks", "1",
                "--out", str(work / "runs")]
     short = ["--set", "domain.cell_size=0.025", "--set", "time.end=0.1"]
     dry = subprocess.run([*command, "--dry-run"], capture_output=True, text=True, timeout=60, check=False)

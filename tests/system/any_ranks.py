@@ -5,6 +5,8 @@ frames, its checkpoints and its restarts work as on one rank, and give the same 
 import pathlib
 import sys
 
+import h5py
+
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 from bulkley_program import fail, parse_arguments, start  # noqa: E402
 
@@ -28,6 +30,7 @@ class Test:
 
     def run(self, out, ranks, steps, *more):
         outcome = self.program.run(["run", *SCENE, "--out", out, "--max-steps", str(steps), "--set", "output.tiles=true",
+                                    "--set", "output.grid=true",
                                     "--set", f"checkpoint.steps={INTERRUPTION}", "--set", "checkpoint.keep=9", *more],
                                    ranks, self.work, 200)
         if outcome.code != 0:
@@ -44,6 +47,12 @@ class Test:
         frames = [{path.name for path in (self.work / folder).glob("frame_*.h5")} for folder in ("one", out)]
         if len(frames[0]) < 3 or frames[0] != frames[1]:
             fail(f"the frames in {out} are {sorted(frames[1])}, those of one rank {sorted(frames[0])}")
+        for name in frames[0]:
+            with h5py.File(self.work / "one" / name) as one, h5py.File(self.work / out / name) as other:
+                for array in ("mass_density", "velocity"):
+                    if not (one["grid"][array][...] == other["grid"][array][...]).all():
+                        fail(f"grid/{array} of {out}/{name} is not that of one rank")
+        print(f"{len(frames[0])} frames in {out}: the same nodes")
 
 
 def main():

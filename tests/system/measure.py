@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""drivers/measure.py: what it finds in made-up runs whose facts are known, and in a real one."""
+"""The tool `measure` of the Python package: what it finds in made-up runs whose facts are known, and in a real one."""
 
 import math
 import pathlib
@@ -13,9 +13,11 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 from bulkley_program import fail, parse_arguments, start  # noqa: E402
 
 DRIVERS = pathlib.Path(__file__).resolve().parents[2] / "drivers"
-sys.path.insert(0, str(DRIVERS))
-import measure  # noqa: E402
-import run_data  # noqa: E402
+PACKAGE = DRIVERS / "python" / "bulkley"
+sys.path.insert(0, str(PACKAGE.parent))
+from bulkley import DataError, measure  # noqa: E402
+from bulkley.pieces import bodies_of, pieces  # noqa: E402
+from bulkley.run import EndedRun  # noqa: E402
 
 GRAVITY, CELL, FLOOR = 10.0, 0.01, 0.1
 
@@ -25,12 +27,12 @@ def expect(what, found, wanted, tolerance):
         fail(f"{what} is {found:g} and should be {wanted:g}")
 
 
-class MadeUp(run_data.Run):
+class MadeUp:
     """A run without files."""
 
     def __init__(self, history=None):
         self.folder, self.cell_size, self.floor, self.gravity = pathlib.Path("made_up"), CELL, FLOOR, GRAVITY
-        self._history = history
+        self.history = history
 
 
 class MadeUpFrame:
@@ -101,7 +103,7 @@ def check_pieces():
     # A long crooked chain takes the search for roots several rounds.
     turn = np.linspace(0.0, 60.0, 40000)
     coil = np.stack([0.2 * np.cos(turn), 0.2 * np.sin(turn), 0.03 * turn / (2 * np.pi)], axis=1)
-    label = run_data.pieces(np.random.default_rng(1).permutation(coil), CELL)
+    label = pieces(np.random.default_rng(1).permutation(coil), CELL)
     expect("the number of pieces of a coil", label.max() + 1, 1, 0)
 
 
@@ -119,7 +121,7 @@ def check_collision():
     ids = np.arange(len(left) + len(right))
     velocity = np.where(ids[:, None] < len(left), [0.0, 1.0, -1.0], [0.0, -2.0, -1.0])
     frame = MadeUpFrame(np.concatenate([left, right]), id=ids, velocity=velocity)
-    bodies = run_data.bodies_of([frame], CELL)
+    bodies = bodies_of([frame], CELL)
     found = measure.measure_collision(MadeUp(), frame, bodies)
     expect("the distance", found["distance"], 0.2, 1e-9)
     expect("the speed", abs(found["parting"] + 3.0), 0.0, 1e-9)
@@ -145,14 +147,14 @@ def check_spin():
     try:
         measure.measure_spin(MadeUp(history))
         fail("a body that does not spin has a spin")
-    except run_data.MissingData:
+    except DataError:
         pass
 
 
 # --- a real run -----------------------------------------------------------------------------------------------------------
 
 def told(arguments):
-    command = [sys.executable, str(DRIVERS / "measure.py"), *map(str, arguments)]
+    command = [sys.executable, str(PACKAGE), "measure", *map(str, arguments)]
     found = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
     return found.returncode, found.stdout + found.stderr
 
@@ -166,7 +168,7 @@ def check_program(program, work):
     outcome = program.run(arguments, 1, work, 120)
     if outcome.code != 0:
         fail(outcome.text)
-    run = run_data.Run(out)
+    run = EndedRun(out)
     facts, _ = measure.measure_rebound(run)
     found = {name: value for name, value, unit in facts}
     # The floor is felt at most two cells above it.
@@ -178,8 +180,8 @@ def check_program(program, work):
                            ("collision", "Speed of approach 8 m/s"), ("spin", "| run |")):
         code, text = told([command, out])
         if code != 0 or words not in text or "nan" in text:
-            fail(f"measure.py {command} does not say '{words}': {text}")
-    with h5py.File(run.frames()[0].path, "r+") as file:
+            fail(f"measure {command} does not say '{words}': {text}")
+    with h5py.File(run.frames[0].path, "r+") as file:
         del file["particles"]["id"]
     code, text = told(["collision", out])
     if code != 2 or "add it to output.fields" not in text:
@@ -194,7 +196,7 @@ def main():
     check_collision()
     check_spin()
     check_program(program, work)
-    print("measure.py finds what is known of made-up runs, and measures a real one")
+    print("the tool finds what is known of made-up runs, and measures a real one")
 
 
 if __name__ == "__main__":

@@ -1,9 +1,8 @@
 #!/usr/bin/env python3
-"""drivers/scaling_model.py: reads what `bulkley partition` writes, finds a law that a table was made from, and the limits
-that can be worked out by hand."""
+"""The tool `scaling-model` of the Python package: reads what `bulkley partition` writes, finds a law that a table was made
+from, and the limits that can be worked out by hand."""
 
 import csv
-import importlib.util
 import math
 import pathlib
 import subprocess
@@ -13,16 +12,12 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 from bulkley_program import fail, parse_arguments, start  # noqa: E402
 
 DRIVERS = pathlib.Path(__file__).resolve().parents[2] / "drivers"
-SCRIPT = DRIVERS / "scaling_model.py"
+PACKAGE = DRIVERS / "python" / "bulkley"
+sys.path.insert(0, str(PACKAGE.parent))
+from bulkley import scaling_model  # noqa: E402
+
 FACE, EDGE = 7000.0, 2500.0  # bytes: of the law
 GRAIN, BUSIEST = 0.75, 1.5
-
-
-def model():
-    spec = importlib.util.spec_from_file_location("scaling_model", SCRIPT)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 def table_of_law(columns, path):
@@ -47,7 +42,7 @@ def expect(what, found, wanted, tolerance=1e-6):
 
 
 def check_laws(module, path):
-    sys.argv = ["scaling_model.py", str(path)]
+    sys.argv = ["scaling-model", str(path)]
     constants = module.parse_arguments()
     laws = module.Laws(*module.read_rows([str(path)], "metis", 512, 4096))
     expect("the term of faces", laws.mean[0], FACE)
@@ -81,7 +76,8 @@ def check_program(program, work):
                            "ranges,metis", "--csv", str(table)], 1, work, 120)
     if outcome.code != 0:
         fail(outcome.text)
-    command = [sys.executable, str(SCRIPT), str(table), "--least-ranks", "8", "--picture", str(picture), "--run", "5e6,40"]
+    command = [sys.executable, str(PACKAGE), "scaling-model", str(table), "--least-ranks", "8", "--picture", str(picture),
+               "--run", "5e6,40"]
     found = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
     if found.returncode != 0:
         fail(found.stderr)
@@ -104,7 +100,7 @@ def main():
     columns = check_program(program, work)
     path = work / "law.csv"
     table_of_law(columns, path)
-    check_laws(model(), path)
+    check_laws(scaling_model, path)
     print("the model finds the law of its table, and what breaks where it must")
 
 

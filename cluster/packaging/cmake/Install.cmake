@@ -14,8 +14,6 @@ install(DIRECTORY drivers/python DESTINATION ${CMAKE_INSTALL_DATADIR}/bulkley
 install(DIRECTORY cluster/jobs/slurm cluster/jobs/pbs cluster/packaging/modulefiles DESTINATION ${CMAKE_INSTALL_DATADIR}/bulkley/jobs
         USE_SOURCE_PERMISSIONS)
 install(FILES cluster/jobs/job_functions.sh DESTINATION ${CMAKE_INSTALL_DATADIR}/bulkley/jobs)
-install(PROGRAMS drivers/plot_rheometer.py drivers/scaling_model.py drivers/measure.py drivers/run_data.py
-        DESTINATION ${CMAKE_INSTALL_DATADIR}/bulkley)
 install(FILES LICENSE CITATION.cff CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(FILES docs/bulkley.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
 install(FILES cluster/packaging/completion/bulkley.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME bulkley)

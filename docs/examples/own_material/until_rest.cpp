@@ -4,8 +4,7 @@
 //   mpirun -n 2 until_rest SCENE.toml
 
 #include <bulkley/parallel/petsc.hpp>
-#include "integrator/diagnostics.hpp"
-#include "simulation/setup.hpp"
+#include <bulkley/simulation/stepper.hpp>
 
 #include <algorithm>
 #include <cstdio>
@@ -16,7 +15,7 @@
 
 namespace {
 
-bulkley::Scene load(const bulkley::Comm& comm, const char* file) {
+std::string read(const bulkley::Comm& comm, const char* file) {
   std::string text;
   bulkley::root_guard(comm, [&] {
     std::ifstream stream(file);
@@ -24,35 +23,25 @@ bulkley::Scene load(const bulkley::Comm& comm, const char* file) {
     if (!(whole << stream.rdbuf())) throw bulkley::UsageError(std::string(file) + ": cannot be read");
     text = whole.str();
   });
-  return bulkley::parse_scene(bulkley::broadcast_text(comm, std::move(text)), file, {});
-}
-
-bulkley::Diagnostics measure(const bulkley::Comm& comm, const bulkley::Scene& scene, const bulkley::Solver& solver) {
-  return bulkley::diagnose(comm, scene.grid, scene.transfer, scene.gravity, scene.materials, solver.particles());
+  return bulkley::broadcast_text(comm, std::move(text));
 }
 
 void run(const bulkley::Comm& comm, const char* file) {
-  const bulkley::Scene scene = load(comm, file);
-  const std::unique_ptr<bulkley::Solver> solver = bulkley::start_solver(comm, scene);
-  bulkley::TimeStepState state;
-  double time = 0.0, largest = 0.0;
-  bulkley::Diagnostics now = measure(comm, scene, *solver);
-  while (time < scene.time.end_time) {
-    const double look = std::min(0.005, scene.time.end_time - time);  // s, between two looks at the energy
-    double done = 0.0;
-    while (done < look) {
-      const bulkley::StepReport report = solver->step(look - done, 0, state, time + done);
-      done = report.plan.lands ? look : done + report.plan.dt;
-    }
-    time += look;
-    now = measure(comm, scene, *solver);
+  constexpr double interval = 0.005;  // s, between two measurements of the energy
+  bulkley::Stepper stepper(comm, read(comm, file), file);
+  double largest = 0.0;
+  bulkley::Diagnostics now = stepper.diagnostics();
+  bool at_rest = false;
+  while (!at_rest && stepper.time() < stepper.end_time()) {
+    stepper.advance(std::min(interval, stepper.end_time() - stepper.time()));
+    now = stepper.diagnostics();
     largest = std::max(largest, now.kinetic_energy);
-    if (now.kinetic_energy < 1e-3 * largest) break;
+    at_rest = now.kinetic_energy < 1e-3 * largest;
   }
   if (comm.is_root())
-    std::printf("%s at t = %.3f s, %d steps; spread %.4f m, height %.4f m\n",
-                now.kinetic_energy < 1e-3 * largest ? "at rest" : "still moving", time, static_cast<int>(state.n_steps),
-                now.upper[0] - now.lower[0], now.upper[2] - now.lower[2]);
+    std::printf("%s at t = %.3f s, %d steps; spread %.4f m, height %.4f m\n", at_rest ? "at rest" : "still moving",
+                stepper.time(), static_cast<int>(stepper.n_steps()), now.upper[0] - now.lower[0],
+                now.upper[2] - now.lower[2]);
 }
 
 }  // namespace

@@ -1,10 +1,15 @@
-"""What a run has written: its series and scene as text, and its frames as arrays."""
+"""What a run has written: its series and scene as text, and its frames as arrays. Scene and headers are read by the Python
+package beside this folder; the series by hand, because ParaView opens what it names."""
 
 import math
-import tomllib
+import pathlib
+import sys
 import xml.etree.ElementTree as ElementTree
 
 from rendering.faults import fail
+
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[2] / "python"))
+import bulkley  # noqa: E402
 
 
 class Series:
@@ -24,9 +29,10 @@ class Series:
         if self.colliders:
             items = ElementTree.parse(self.colliders).iter("DataItem")
             self.expect_files(self.colliders, [run / item.text.split(":")[0].strip() for item in items])
-        self.scene = {}
-        if (run / "scene.toml").is_file():
-            self.scene = tomllib.loads((run / "scene.toml").read_text(encoding="utf-8"))
+        try:
+            self.scene = bulkley.open_run(run).scene if (run / "scene.toml").is_file() else {}
+        except bulkley.DataError as error:
+            fail(str(error))
 
     @staticmethod
     def expect_files(series, files):
@@ -39,23 +45,30 @@ class Series:
         domain = self.scene.get("domain", {})
         return (domain["lower"], domain["upper"]) if "lower" in domain and "upper" in domain else None
 
-    def attributes(self, number, object_name="/"):
-        """Attributes of a frame's file or of something in it; empty where h5py is not installed."""
+    def header(self, number, read, without):
+        """`read(frame)` of a frame's header; `without` where h5py is not installed."""
         try:
-            import h5py
+            import h5py  # noqa: F401
         except ImportError:
-            return {}
-        with h5py.File(self.files[number], "r") as file:
-            found = dict(file[object_name].attrs) if object_name in file else {}
-        return {name: value.decode() if isinstance(value, bytes) else value for name, value in found.items()}
+            return without
+        try:
+            return read(bulkley.Frame(self.files[number], self.scene))
+        except bulkley.DataError as error:
+            fail(str(error))
+
+    def largest_reference_volume(self, number):
+        """m^3; 0 where it is not known."""
+        return float(self.header(number, lambda frame: frame.attributes.get("largest_reference_volume", 0.0), 0.0))
+
+    def unit(self, number, field):
+        return self.header(number, lambda frame: frame.units.get(field, "1"), "1")
 
     def materials(self):
-        names = self.attributes(-1).get("materials", "")
-        return names.split("\n") if names else []
+        return self.header(-1, lambda frame: frame.materials, [])
 
     def collider_names(self):
-        names = self.attributes(-1, "/colliders").get("names", "")
-        return names.split("\n") if names else [collider["name"] for collider in self.scene.get("colliders", [])]
+        names = self.header(-1, lambda frame: frame.colliders, [])
+        return names or [collider["name"] for collider in self.scene.get("colliders", [])]
 
 
 def snapshots(path):
@@ -75,7 +88,7 @@ class Particles:
         points = data.GetPointData()
         fields = {points.GetArrayName(i): vtk_to_numpy(points.GetArray(i)) for i in range(points.GetNumberOfArrays())}
         self.position = vtk_to_numpy(data.GetPoints().GetData()).astype(numpy.float32)
-        largest = series.attributes(number).get("largest_reference_volume", 0.0)
+        largest = series.largest_reference_volume(number)
         if not largest > 0.0:  # not recorded: as if the bounding box were full
             sides = numpy.maximum(numpy.ptp(self.position, axis=0), 1e-9)
             largest = float(numpy.prod(sides)) / max(len(self.position), 1)

@@ -194,7 +194,7 @@ class Stage:
 
     def add_legend(self, table):
         legend = self.simple.GetScalarBar(table, self.view)
-        unit_name = self.series.attributes(self.chosen[-1], f"particles/{self.field}").get("unit", "1")
+        unit_name = self.series.unit(self.chosen[-1], self.field)
         component = self.look["particles.component"]
         title = self.field.replace("_", " ") + ("" if component == "magnitude" else f" [{component}]")
         legend.Title = title + (f" ({unit_name})" if unit_name != "1" else "")

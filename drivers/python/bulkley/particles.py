@@ -6,11 +6,14 @@ import pathlib
 import tomllib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-import h5py
 import numpy as np
 
 from bulkley.faults import DataError
+
+if TYPE_CHECKING:
+    import h5py
 
 Region = Sequence[Sequence[float | None]]
 """((x0, x1), (y0, y1), (z0, z1)) in m; None leaves an end open. A point is inside where lower <= coordinate < upper."""
@@ -49,7 +52,7 @@ class ParticleFile:
         """`scene`: of the run, if available; otherwise it is read when a body is requested."""
         self.path = pathlib.Path(path)
         self._scene = scene
-        self._open: h5py.File | None = None
+        self._open: "h5py.File | None" = None
 
     # --- the file ---------------------------------------------------------------------------------------------------------
 
@@ -68,9 +71,13 @@ class ParticleFile:
     def __repr__(self) -> str:
         return f"<{type(self).__name__} '{self.path}'>"
 
-    def _opened(self) -> h5py.File:
+    def _opened(self) -> "h5py.File":
         if not self.path.is_file():
             raise DataError(f"there is no file '{self.path}'")
+        try:
+            import h5py
+        except ImportError:
+            raise DataError("frames and checkpoints need h5py, which is not installed") from None
         try:
             try:  # runs write under other names and rename: nothing is to be locked out, and some file systems cannot
                 file = h5py.File(self.path, "r", locking=False)
@@ -256,6 +263,12 @@ class Frame(ParticleFile):
     def index(self) -> int:
         """Number of the frame."""
         return int(self.attributes["index"])
+
+    @property
+    def colliders(self) -> list[str]:
+        """Names of the colliders whose surfaces the frame has, in the order of their numbers."""
+        names = self._read(lambda file: text_of(file["colliders"].attrs.get("names", "")) if "colliders" in file else "")
+        return names.split("\n") if names else []
 
     def grid(self) -> Grid:
         """The nodes. Raises DataError where the frame has none (output.grid)."""

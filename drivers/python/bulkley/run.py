@@ -1,5 +1,6 @@
 """The output folder of a run, finished or not."""
 
+import functools
 import json
 import os
 import pathlib
@@ -79,6 +80,21 @@ class Run:
         return read_history(self.folder / "history.csv")
 
     @property
+    def cell_size(self) -> float:
+        """Width of the grid's cells, m."""
+        return float(self.scene["domain"]["cell_size"])
+
+    @property
+    def floor(self) -> float:
+        """z of the lowest plane of the domain, m."""
+        return float(self.scene["domain"]["lower"][2])
+
+    @property
+    def gravity(self) -> float:
+        """Downwards, m/s^2."""
+        return -float(self.scene["gravity"][2])
+
+    @property
     def frames(self) -> Series[Frame]:
         """Those that are there now."""
         return Series([Frame(path, self.scene) for path in self._numbered("frame_")])
@@ -91,6 +107,23 @@ class Run:
     def _numbered(self, prefix: str) -> list[pathlib.Path]:
         found = [path for path in self.folder.glob(f"{prefix}*.h5") if path.stem[len(prefix):].isdigit()]
         return sorted(found, key=lambda path: int(path.stem[len(prefix):]))
+
+
+class EndedRun(Run):
+    """A run that is not watched: its history is read once."""
+
+    @functools.cached_property
+    def history(self) -> History:
+        """history.csv as it was at the first look."""
+        return super().history
+
+    @functools.cached_property
+    def frames(self) -> Series[Frame]:
+        """Those that were there at the first look. Raises DataError where there are none."""
+        found = super().frames
+        if not found:
+            raise DataError(f"'{self.folder}' has no frames: set output.frame_interval")
+        return found
 
 
 def open_run(folder: str | os.PathLike) -> Run:

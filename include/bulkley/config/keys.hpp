@@ -46,6 +46,8 @@ class Keys {
   Keys& key(const std::string& name, Member member, Rule rule) {
     using T = std::remove_cvref_t<std::invoke_result_t<Member, S&>>;
     Key k;
+    k.range = rule.range;
+    k.may_be_infinite = rule.may_be_infinite;
     k.text = {name, Codec<T>::type(rule), rule.unit, rule.default_text, Codec<T>::allowed(rule), rule.about, rule.required};
     if (!rule.required && k.text.default_text.empty()) {
       const Value value = Codec<T>::write(std::invoke(member, defaults_));
@@ -114,6 +116,18 @@ class Keys {
     return table;
   }
 
+  /// What is wrong with the first number of `s` that is missing (NaN) or out of its key's range, as one sentence; empty when
+  /// nothing is. For structs that a program filled: what was read has been checked.
+  std::optional<std::string> fault(const S& s) const {
+    for (const Key& k : keys_) {
+      if (k.applies && !k.applies(s)) continue;
+      const Value value = k.write(s);
+      if (value.kind != Kind::number) continue;
+      if (auto fault = number_fault(k.text.name, value.number, k.range, k.may_be_infinite)) return fault;
+    }
+    return std::nullopt;
+  }
+
   std::vector<std::string> names() const {
     std::vector<std::string> result;
     for (const Key& k : keys_) result.push_back(k.text.name);
@@ -140,6 +154,8 @@ class Keys {
  private:
   struct Key {
     KeyText text;
+    Range range;
+    bool may_be_infinite = false;
     std::string condition;
     std::function<bool(const Value&, S&, Faults&)> read;
     std::function<Value(const S&)> write;

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -37,8 +38,13 @@ struct Rule {
   std::vector<std::string> names = {};     ///< texts, lists of texts; empty: any
   bool required = false;
   bool duration = false;          ///< a number of seconds that may also be written "1h30m"
+  bool may_be_infinite = false;   ///< where a program sets it; scenes hold finite numbers only
   std::string default_text = "";  ///< shown on the reference page instead of the struct's default
 };
+
+/// What is wrong with a number that a program gave, as one sentence: not given (NaN), out of range, infinite; empty when nothing
+/// is. Not collective.
+std::optional<std::string> number_fault(const std::string& name, double value, const Range& range, bool may_be_infinite);
 
 /// A row of the reference page.
 struct KeyText {

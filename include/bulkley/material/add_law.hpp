@@ -19,7 +19,6 @@ concept AddableLaw = std::copyable<Law> && n_internal<Law> <= n_added_law_variab
   { Law::flows } -> std::convertible_to<bool>;
   { law.density() } -> std::same_as<double>;
   { law.viscosity() } -> std::same_as<double>;
-  { parameter_fault(law.parameters) } -> std::same_as<std::optional<std::string>>;
   LawKeys<Law>::table();
 };
 
@@ -56,7 +55,14 @@ class AddedLawModelOf final : public AddedLawModel {
   SymTensor<double> kirchhoff_stress(const State<double>& state) const override { return law_.kirchhoff_stress(own(state)); }
   SymTensor<Pack> kirchhoff_stress(const State<Pack>& state) const override { return law_.kirchhoff_stress(own(state)); }
 
-  std::optional<std::string> fault() const override { return parameter_fault(law_.parameters); }
+  std::optional<CharacteristicStress> characteristic_stress([[maybe_unused]] double rate) const override {
+    if constexpr (requires { law_.characteristic_stress(rate); })
+      return law_.characteristic_stress(rate);
+    else
+      return std::nullopt;
+  }
+
+  std::optional<std::string> fault() const override { return law_fault(law_); }
   std::shared_ptr<const AddedLawModel> read(const config::Value& table, config::Faults& faults) const override {
     Law law = law_;
     if (!read_law(table, law, faults)) return nullptr;
@@ -95,9 +101,6 @@ class AddedLawModelOf final : public AddedLawModel {
 
   Law law_;
 };
-
-/// The laws that were added, in that order. Not collective.
-const std::vector<std::shared_ptr<const AddedLawModel>>& added_laws();
 
 /// Lets scenes name a law; see add_law. Not collective.
 void add_law_model(std::shared_ptr<const AddedLawModel> model);

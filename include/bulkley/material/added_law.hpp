@@ -40,6 +40,9 @@ class AddedLawModel {
   virtual SymTensor<double> kirchhoff_stress(const State<double>& state) const = 0;  ///< Pa
   virtual SymTensor<Pack> kirchhoff_stress(const State<Pack>& state) const = 0;
 
+  /// Pa at a shear rate (1/s), if the law says it.
+  virtual std::optional<CharacteristicStress> characteristic_stress(double rate) const = 0;
+
   /// What is wrong with the parameters, as one sentence.
   virtual std::optional<std::string> fault() const = 0;
   /// The law with the parameters of a scene's table; null after a fault.
@@ -59,11 +62,14 @@ struct AddedLaw {
 
   static constexpr const char* law_name = "added";  ///< that of the law behind it: bulkley::law_name
   static constexpr bool flows = true;               ///< reports what the law behind it reports; bulkley::flows
-  static constexpr std::array internal{Internal::added_law_variables};
+  static constexpr std::array internal{Field::added_law_variables};
 
   double density() const { return parameters.model->density(); }
   double viscosity() const { return parameters.model->viscosity(); }
   std::array<double, n_added_law_variables> initial_internal() const { return parameters.model->initial_internal(); }
+  std::optional<CharacteristicStress> characteristic_stress(double rate) const {
+    return parameters.model->characteristic_stress(rate);
+  }
 
   template <class Real>
   Update<Real> update(AddedLawModel::State<Real>& state, const Tensor<Real>& velocity_gradient, double dt) const {
@@ -82,10 +88,5 @@ struct AddedLaw {
     return parameters.model->kirchhoff_stress(state);
   }
 };
-
-/// What is wrong with the parameters, as one sentence; empty when nothing is. Not collective.
-inline std::optional<std::string> parameter_fault(const AddedLaw::Parameters& parameters) {
-  return parameters.model->fault();
-}
 
 }  // namespace bulkley

@@ -14,44 +14,38 @@
 //   double viscosity() const;                                                        Pa s, of stress that follows the rate of
 //                                                                                    deformation at once; 0: none
 //   static constexpr const char* law_name;                                           as written in scenes
-//   static constexpr bool flows;                                                     deforms for good: reports rate, dissipation
-//   static constexpr std::array<Internal, ...> internal;                             what its state holds beside b and J
+//   static constexpr bool flows;                                                     deforms irreversibly: reports rate, dissipation
+//   static constexpr std::array<Field, ...> internal;                                fields that hold its variables beside b and J;
+//   static constexpr int n_variables;                                                outside the library instead: how many, up to 8
 //   std::array<double, n> initial_internal() const;                                  their values at the start, if n > 0
+// and, where it has one:
+//   CharacteristicStress characteristic_stress(double rate) const;                   Pa, of steady shear at a rate (1/s)
 //
 // The law supplies the speed and the viscosity that limit dt, so stress and time step cannot drift apart.
 
 #include <array>
 
 #include "bulkley/base/tensor.hpp"
+#include "bulkley/particle/field.hpp"
 
 namespace bulkley {
 
-/// Variables of a material point that only some laws have; each is a field of the particles by the same name.
-enum class Internal {
-  structure,                  ///< of a thixotropic fluid, from 0 (broken down) to 1 (built up)
-  hardening,                  ///< accumulated plastic strain of sand
-  plastic_volume_ratio,       ///< J / J_elastic of snow
-  viscous_left_cauchy_green,  ///< elastic strain of a relaxing branch, xx yy zz xy yz xz
-  added_law_variables,        ///< whatever the laws that a program adds keep (added_law.hpp)
-};
-
 /// As many numbers as a law that a program adds may keep beside b and J.
-inline constexpr int n_added_law_variables = 8;
+inline constexpr int n_added_law_variables = info(Field::added_law_variables).n_components;
 
-constexpr int n_components(Internal variable) {
-  if (variable == Internal::added_law_variables) return n_added_law_variables;
-  return variable == Internal::viscous_left_cauchy_green ? 6 : 1;
-}
-
-/// How many numbers the internal variables of a law are.
+/// How many numbers a law keeps beside b and J: the components of its fields, or what a law outside the library says.
 template <class Law>
 inline constexpr int n_internal = [] {
-  int n = 0;
-  for (const Internal variable : Law::internal) n += n_components(variable);
-  return n;
+  if constexpr (requires { Law::n_variables; }) {
+    return Law::n_variables;
+  } else {
+    int n = 0;
+    for (const Field variable : Law::internal) n += info(variable).n_components;
+    return n;
+  }
 }();
 
-/// The state of a material point: elastic strain, and the internal variables in the order of Law::internal.
+/// The state of a material point: elastic strain, and the internal variables in the order of the law.
 template <class Real, int n = 0>
 struct State;
 template <class Real>
@@ -69,6 +63,12 @@ struct Update {
   SymTensor<Real> kirchhoff_stress;  ///< Pa
   Real plastic_shear_rate;           ///< sqrt(2) gamma, 1/s; 0 where elastic
   Real dissipation;                  ///< J per m^3 of reference volume, in this step; >= 0
+};
+
+/// The shear stress of a fluid at a shear rate: what Reynolds and Bingham numbers are made of.
+struct CharacteristicStress {
+  double total;  ///< Pa
+  double yield;  ///< what of it is yield stress, Pa
 };
 
 /// Undeformed, with the internal variables of the start. Not collective.

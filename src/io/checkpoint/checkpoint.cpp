@@ -96,16 +96,6 @@ CheckpointHeader checked_header(const Hdf5Reader& file) {
   return header;
 }
 
-std::string sidecar_of(const std::string& file) { return std::filesystem::path(file).replace_extension(".xdmf").string(); }
-
-/// Sidecar last, so that it never names a file that is not there.
-void write_sidecar(const std::string& file, GlobalIndex n_particles) {
-  if (n_particles == 0)
-    remove_file(sidecar_of(file));  // nothing to see, and ParaView refuses an empty set
-  else
-    write_text_atomically(sidecar_of(file), xdmf_series(std::vector{xdmf_particles(Hdf5Reader(file))}));
-}
-
 /// For a checkpoint whose writer was killed before it could; a damaged one stays without.
 void complete_sidecar(const std::string& file) {
   GlobalIndex n_particles = 0;

@@ -7,6 +7,8 @@
 
 #include <fmt/format.h>
 
+#include "base/hash.hpp"
+
 namespace bulkley {
 
 namespace {
@@ -26,7 +28,7 @@ constexpr GlobalIndex ids_per_round = GlobalIndex{1} << 22;  // 32 MiB per rank,
 
 /// Spreads ids evenly over `n` places, for any pattern.
 std::size_t place_of(GlobalIndex id, std::size_t n) {
-  return static_cast<std::size_t>((static_cast<std::uint64_t>(id) * 0x9E3779B97F4A7C15ull) >> 32) % n;
+  return static_cast<std::size_t>(splitmix64(static_cast<std::uint64_t>(id))) % n;
 }
 
 std::string twice(const std::string& what, std::vector<GlobalIndex>& ids) {

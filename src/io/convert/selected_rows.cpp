@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "base/hash.hpp"
 #include "config/nearest.hpp"
 #include "io/arrays/array_file.hpp"
 #include "io/checkpoint/checkpoint.hpp"
@@ -87,11 +88,7 @@ bool is_in(const Bounds& region, const std::byte* row, ArrayType type) {
 }  // namespace
 
 bool is_chosen(GlobalIndex id, GlobalIndex every) {
-  // The finaliser of splitmix64 (Steele, Lea & Flood 2014).
-  auto x = static_cast<std::uint64_t>(id) + 0x9e3779b97f4a7c15u;
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-  return (x ^ (x >> 31)) % static_cast<std::uint64_t>(every) == 0;
+  return splitmix64(static_cast<std::uint64_t>(id)) % static_cast<std::uint64_t>(every) == 0;
 }
 
 Snapshot read_moment(const Hdf5Reader& file, const Selection& selection) {

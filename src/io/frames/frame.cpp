@@ -21,18 +21,9 @@ constexpr const char* collider_series = "colliders.xdmf";
 
 std::string file_name(GlobalIndex index, const char* suffix) { return fmt::format("{}{:06}{}", prefix, index, suffix); }
 
-std::string sidecar_of(const std::string& file) { return std::filesystem::path(file).replace_extension(".xdmf").string(); }
-
 FrameInfo checked_info(const Hdf5Reader& file) {
   check_format(file, frame_format, frame_version);
   return {file.integer("/", "index"), file.integer("/", "step"), file.real("/", "time"), file.integer("/", "n_particles")};
-}
-
-void write_sidecar(const std::string& file, GlobalIndex n_particles) {
-  if (n_particles == 0)
-    remove_file(sidecar_of(file));  // an older one may name arrays that are gone
-  else
-    write_text_atomically(sidecar_of(file), xdmf_series(std::vector{xdmf_particles(Hdf5Reader(file))}));
 }
 
 void add_grid(FileContent& content, const GridNodes& nodes, FloatPrecision precision) {
@@ -145,7 +136,6 @@ FrameSeries::FrameSeries(const Comm& comm, std::string folder, GlobalIndex resta
     }
     write();
   });
-  BULKLEY_MPI(MPI_Bcast(&next_index_, 1, MPI_INT64_T, 0, comm.get()));
 }
 
 void FrameSeries::add(const Comm& comm, GlobalIndex index) {
@@ -153,7 +143,6 @@ void FrameSeries::add(const Comm& comm, GlobalIndex index) {
     include(frame_path(folder_, index));
     write();
   });
-  next_index_ = std::max(next_index_, index + 1);
 }
 
 void FrameSeries::include(const std::string& file) {
@@ -169,7 +158,6 @@ void FrameSeries::include(const std::string& file) {
   if (info.n_particles > 0) particles_.push_back(xdmf_particles(reader));
   if (reader.has("/grid")) grids_.push_back(xdmf_grid(reader));
   if (reader.has("/tiles")) tiles_.push_back(xdmf_tiles(reader));
-  next_index_ = std::max(next_index_, info.index + 1);
   const std::string mesh = path_in(folder_, collider_file);
   if (!reader.has("/colliders") || !std::filesystem::exists(mesh)) return;
   try {

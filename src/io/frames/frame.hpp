@@ -13,6 +13,7 @@
 
 #include "bulkley/particle/particle_set.hpp"
 #include "grid/node_pool.hpp"
+#include "grid/tile_map.hpp"
 #include "io/frames/collider_surfaces.hpp"
 #include "io/frames/xdmf.hpp"
 #include "material/material.hpp"
@@ -23,21 +24,21 @@ namespace bulkley {
 inline constexpr const char* frame_format = "bulkley frame";
 inline constexpr GlobalIndex frame_version = 1;
 
-/// The owned nodes of the grid after the grid update, in Grid's order (z fastest). Nodes of no mass count as empty, whatever
-/// velocity they hold.
+/// A rank's box of the grid's nodes after the grid update, z fastest; it may be empty. Nodes of no mass count as empty,
+/// whatever velocity they hold.
 struct GridNodes {
   GridGeometry geometry;
-  Int3 first{0, 0, 0};          ///< first owned node along each axis
-  Int3 count{0, 0, 0};          ///< owned nodes along each axis
+  Int3 first{0, 0, 0};          ///< first node along each axis
+  Int3 count{0, 0, 0};          ///< nodes along each axis
   std::span<const Node> nodes;  ///< {velocity, mass}; product of `count`
 };
 
-/// How the work is divided: values by TileIndex, whole and the same on every rank.
+/// How the work is divided, the same on every rank.
 struct TileValues {
   GridGeometry geometry;
-  std::span<const std::int32_t> rank;      ///< that works on the tile
-  std::span<const GlobalIndex> particles;  ///< in the tile
-  std::span<const double> load;            ///< estimated cost
+  const TileMap& owners;
+  std::span<const GlobalIndex> particles;  ///< in each tile, by TileIndex
+  std::span<const double> load;            ///< estimated cost of each tile, by TileIndex
 };
 
 struct FrameInfo {
@@ -82,8 +83,6 @@ class FrameSeries {
   /// Adds a frame that write_frame has written; one without particles is left out. Collective.
   void add(const Comm& comm, GlobalIndex index);
 
-  /// Index of the next frame: one more than the largest so far. The same on every rank.
-  GlobalIndex next_index() const { return next_index_; }
   /// Sentences about frames that could not be read and are left out; on the root.
   const std::vector<std::string>& warnings() const { return warnings_; }
 
@@ -96,7 +95,6 @@ class FrameSeries {
   std::vector<XdmfGrid> grids_;
   std::vector<XdmfGrid> tiles_;
   std::vector<XdmfSurface> colliders_;
-  GlobalIndex next_index_ = 0;
   std::vector<std::string> warnings_;
 };
 

@@ -3,63 +3,16 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <iterator>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include "bulkley/base/tensor.hpp"
+#include "particle/derived_fields.hpp"
 
 namespace bulkley {
 
 namespace {
-
-/// A real quantity of one particle, up to nine components.
-struct RealField {
-  const char* name;
-  const char* unit;
-  const char* meaning;
-  int n_components;
-  void (*evaluate)(const ParticleSet& particles, LocalIndex p, double* out);
-};
-
-SymTensor<double> kirchhoff_stress(const ParticleSet& particles, LocalIndex p) {
-  SymTensor<double> tau;
-  for (int c = 0; c < 6; ++c) tau.c[c] = particles.real(Field::kirchhoff_stress, c)[p];
-  return tau;
-}
-
-void expand(const SymTensor<double>& t, double factor, double* out) {
-  for (int a = 0; a < 3; ++a)
-    for (int b = 0; b < 3; ++b) out[3 * a + b] = factor * t(a, b);
-}
-
-double inverse_volume_ratio(const ParticleSet& particles, LocalIndex p) {
-  return 1.0 / particles.real(Field::volume_ratio)[p];
-}
-
-void pressure(const ParticleSet& particles, LocalIndex p, double* out) {
-  out[0] = -trace(kirchhoff_stress(particles, p)) / 3.0 * inverse_volume_ratio(particles, p);
-}
-void deviatoric_stress(const ParticleSet& particles, LocalIndex p, double* out) {
-  out[0] = std::sqrt(norm_squared(deviator(kirchhoff_stress(particles, p)))) * inverse_volume_ratio(particles, p);
-}
-void cauchy_stress(const ParticleSet& particles, LocalIndex p, double* out) {
-  expand(kirchhoff_stress(particles, p), inverse_volume_ratio(particles, p), out);
-}
-void density(const ParticleSet& particles, LocalIndex p, double* out) {
-  out[0] = particles.real(Field::mass)[p] / particles.real(Field::reference_volume)[p] * inverse_volume_ratio(particles, p);
-}
-
-// In the order of derived_frame_fields, of which the last is no real number.
-constexpr RealField derived_fields[] = {
-    {derived_frame_fields[0], "Pa", "-tr(tau) / (3 J)", 1, pressure},
-    {derived_frame_fields[1], "Pa", "||dev tau|| / J", 1, deviatoric_stress},
-    {derived_frame_fields[2], "Pa", "tau / J, row-major", 9, cauchy_stress},
-    {derived_frame_fields[3], "kg/m^3", "m_p / (V_p^0 J)", 1, density},
-};
-constexpr const char* rank_field = derived_frame_fields.back();
-static_assert(std::size(derived_fields) + 1 == derived_frame_fields.size());
 
 void store_reals(const double* values, int n, FloatPrecision precision, std::byte*& out) {
   for (int c = 0; c < n; ++c) {
@@ -74,31 +27,33 @@ void store_reals(const double* values, int n, FloatPrecision precision, std::byt
   }
 }
 
+void store_integers(const double* values, int n, std::byte*& out) {
+  for (int c = 0; c < n; ++c) {
+    const auto value = static_cast<std::int32_t>(values[c]);
+    std::memcpy(out, &value, sizeof value);
+    out += sizeof value;
+  }
+}
+
 ArrayType real_type(FloatPrecision precision) {
   return precision == FloatPrecision::float32 ? ArrayType::float32 : ArrayType::float64;
 }
 
-Array derived_array(const RealField& field, FloatPrecision precision, const ParticleRange& range,
-                    const ParticleSet& particles) {
-  Array array = particle_array(field.name, real_type(precision), field.n_components, range);
+Array derived_array(const DerivedField& field, FloatPrecision precision, const ParticleRange& range,
+                    const ParticleSet& particles, std::int32_t rank) {
+  const ArrayType type = field.is_integer ? ArrayType::int32 : real_type(precision);
+  Array array = particle_array(field.name, type, field.n_components, range);
   array.unit = field.unit;
   array.meaning = field.meaning;
-  array.fill = [field, precision, &particles](GlobalIndex first, GlobalIndex n, std::byte* out) {
-    double values[9];
+  array.fill = [field, precision, rank, &particles](GlobalIndex first, GlobalIndex n, std::byte* out) {
+    double values[DerivedField::most_components];
     for (GlobalIndex p = first; p < first + n; ++p) {
-      field.evaluate(particles, static_cast<LocalIndex>(p), values);
-      store_reals(values, field.n_components, precision, out);
+      field.evaluate({particles, static_cast<LocalIndex>(p), rank}, values);
+      if (field.is_integer)
+        store_integers(values, field.n_components, out);
+      else
+        store_reals(values, field.n_components, precision, out);
     }
-  };
-  return array;
-}
-
-Array rank_array(const ParticleRange& range, std::int32_t rank) {
-  Array array = particle_array(rank_field, ArrayType::int32, 1, range);
-  array.unit = "1";
-  array.meaning = "rank that holds the particle";
-  array.fill = [rank](GlobalIndex, GlobalIndex n, std::byte* out) {
-    std::fill_n(reinterpret_cast<std::int32_t*>(out), n, rank);
   };
   return array;
 }
@@ -134,9 +89,8 @@ Array frame_array(const std::string& name, FloatPrecision precision, const Parti
     if (particles.has(field.field)) return table_array(field, precision, range, particles);
     throw UsageError(fmt::format("output.fields: '{}' is a variable that no particle here has ({})", name, field.meaning));
   }
-  for (const RealField& field : derived_fields)
-    if (name == field.name) return derived_array(field, precision, range, particles);
-  if (name == rank_field) return rank_array(range, rank);
+  for (const DerivedField& field : derived_fields())
+    if (name == field.name) return derived_array(field, precision, range, particles, rank);
   throw UsageError(
       fmt::format("output.fields: there is no field '{}'; the fields are {}", name, fmt::join(frame_field_names(), ", ")));
 }
@@ -198,9 +152,9 @@ struct Planes {
   GlobalIndex first, count;
 };
 
-template <class Value>
-Array tile_array(const char* name, ArrayType type, const GridGeometry& grid, Planes planes, std::span<const Value> values) {
-  BULKLEY_ASSERT(std::ssize(values) == grid.n_tiles());
+/// `value_of`: of a TileIndex.
+template <class ValueOf>
+Array tile_array(const char* name, ArrayType type, const GridGeometry& grid, Planes planes, const ValueOf& value_of) {
   Array array;
   array.path = std::string("/tiles/") + name;
   array.type = type;
@@ -208,12 +162,15 @@ Array tile_array(const char* name, ArrayType type, const GridGeometry& grid, Pla
   array.start = {planes.first, 0, 0};
   array.count = {planes.count, grid.n_tiles(1), grid.n_tiles(0)};
   array.unit = "1";
-  array.fill = [grid, planes, values](GlobalIndex first, GlobalIndex n, std::byte* out) {
+  array.fill = [grid, planes, value_of](GlobalIndex first, GlobalIndex n, std::byte* out) {
     const int lowest = static_cast<int>(planes.first + first);
     for (int k = lowest; k < lowest + static_cast<int>(n); ++k)
       for (int j = 0; j < grid.n_tiles(1); ++j)
-        for (int i = 0; i < grid.n_tiles(0); ++i, out += sizeof(Value))
-          std::memcpy(out, &values[static_cast<std::size_t>(grid.tile_index({i, j, k}))], sizeof(Value));
+        for (int i = 0; i < grid.n_tiles(0); ++i) {
+          const auto value = value_of(grid.tile_index({i, j, k}));
+          std::memcpy(out, &value, sizeof(value));
+          out += sizeof(value);
+        }
   };
   return array;
 }
@@ -224,10 +181,16 @@ std::vector<Array> tile_arrays(const Comm& comm, const TileValues& tiles) {
   const GridGeometry& grid = tiles.geometry;
   const EvenShare share = even_share(comm, grid.n_tiles(2));
   const Planes planes{share.first, share.count()};
-  std::vector<Array> arrays{tile_array("rank", ArrayType::int32, grid, planes, tiles.rank),
-                            tile_array("particles", ArrayType::int64, grid, planes, tiles.particles),
-                            tile_array("load", ArrayType::float64, grid, planes, tiles.load)};
-  arrays[0].meaning = "rank that works on the tile";
+  BULKLEY_ASSERT(tiles.owners.n_tiles() == grid.n_tiles());
+  BULKLEY_ASSERT(std::ssize(tiles.particles) == grid.n_tiles() && std::ssize(tiles.load) == grid.n_tiles());
+  const auto owner_of = [&map = tiles.owners](TileIndex tile) { return map.owner(tile); };
+  const auto element_of = [](auto values) {
+    return [values](TileIndex tile) { return values[static_cast<std::size_t>(tile)]; };
+  };
+  std::vector<Array> arrays{tile_array("rank", ArrayType::int32, grid, planes, owner_of),
+                            tile_array("particles", ArrayType::int64, grid, planes, element_of(tiles.particles)),
+                            tile_array("load", ArrayType::float64, grid, planes, element_of(tiles.load))};
+  arrays[0].meaning = "rank that owns the tile";
   arrays[1].meaning = "particles in the tile";
   arrays[2].meaning = "estimated cost of the tile";
   return arrays;

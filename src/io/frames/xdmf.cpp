@@ -1,9 +1,11 @@
 #include "io/frames/xdmf.hpp"
 
-#include <filesystem>
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+
+#include <filesystem>
+
+#include "io/files/text_file.hpp"
 
 namespace bulkley {
 
@@ -177,6 +179,15 @@ XdmfSurface xdmf_colliders(const Hdf5Reader& frame, const Hdf5Reader& mesh) {
   if (!same_colliders || surface.vertices.shape != mesh.array("/colliders/vertices").shape)
     throw RunError(fmt::format("{}: has other colliders than {}", frame.path(), surface.mesh_file));
   return surface;
+}
+
+std::string sidecar_of(const std::string& file) { return std::filesystem::path(file).replace_extension(".xdmf").string(); }
+
+void write_sidecar(const std::string& file, GlobalIndex n_particles) {
+  if (n_particles == 0)
+    remove_file(sidecar_of(file));
+  else
+    write_text_atomically(sidecar_of(file), xdmf_series(std::vector{xdmf_particles(Hdf5Reader(file))}));
 }
 
 }  // namespace bulkley

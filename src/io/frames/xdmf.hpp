@@ -1,5 +1,5 @@
 #pragma once
-// XDMF: the small XML files that let ParaView open our HDF5 files. Text only; not collective.
+// XDMF: the small XML files that let ParaView open our HDF5 files. Not collective.
 //
 // What both of ParaView's readers understand is narrow: an explicit connectivity, or there is nothing to draw; integers no
 // wider than int64; tensors with nine components; origin and spacing of a grid in the order z y x; relative file names.
@@ -64,5 +64,11 @@ XdmfGrid xdmf_grid(const Hdf5Reader& file);
 XdmfGrid xdmf_tiles(const Hdf5Reader& file);
 /// Describes /colliders of a frame, whose triangles lie in `mesh`. Throws RunError, also if the two do not fit together.
 XdmfSurface xdmf_colliders(const Hdf5Reader& frame, const Hdf5Reader& mesh);
+
+/// The XDMF file beside an HDF5 file: by itself it opens the particles of that file alone.
+std::string sidecar_of(const std::string& file);
+/// Writes it, after `file`, so that it never names what is not there; removes it where there are no particles, because ParaView
+/// refuses an empty set and an older sidecar may name arrays that are gone. Throws RunError.
+void write_sidecar(const std::string& file, GlobalIndex n_particles);
 
 }  // namespace bulkley

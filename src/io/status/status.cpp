@@ -2,12 +2,11 @@
 
 #include <sys/resource.h>
 
-#include <fmt/format.h>
-
 #include <fstream>
+#include <nlohmann/json.hpp>
 
+#include "io/files/json_text.hpp"
 #include "io/files/text_file.hpp"
-#include "io/status/json.hpp"
 
 namespace bulkley {
 
@@ -23,46 +22,36 @@ std::size_t process_bytes(const std::string& key) {
   return 0;
 }
 
-template <class Value, class Text>
-std::string json_list(const std::vector<Value>& values, Text text) {
-  std::string list;
-  for (const Value& value : values) list += fmt::format("{}\n    {}", list.empty() ? "" : ",", text(value));
-  return fmt::format("[{}{}]", list, list.empty() ? "" : "\n  ");
+Json phases_json(const std::vector<PhaseSummary>& phases) {
+  Json list = Json::array();
+  for (const PhaseSummary& phase : phases)
+    list.push_back({{"name", phase.name}, {"mean", phase.mean}, {"largest", phase.largest}});
+  return list;
 }
 
-std::string phase_text(const PhaseSummary& phase) {
-  return fmt::format("{{\"name\": {}, \"mean\": {}, \"largest\": {}}}", json_text(phase.name), json_text(phase.mean),
-                     json_text(phase.largest));
-}
-
-std::string status_text(const Status& s) {
+Json status_json(const Status& s) {
   const RunProgress& p = s.progress;
-  std::string lines;
-  const auto add = [&](const char* key, const std::string& value) {
-    lines += fmt::format("{}\n  \"{}\": {}", lines.empty() ? "" : ",", key, value);
-  };
-  add("state", json_text(name(s.state)));
-  add("step", fmt::format("{}", s.step));
-  add("time", json_text(s.time));
-  add("checkpoint", json_text(s.checkpoint));
-  add("reason", json_text(s.reason));
-  add("title", json_text(p.title));
-  add("end_time", json_text(p.end_time));
-  add("ranks", fmt::format("{}", p.n_ranks));
-  add("particles", fmt::format("{}", p.n_particles));
-  add("first_step", fmt::format("{}", p.first_step));
-  add("first_time", json_text(p.first_time));
-  add("wall_time", json_text(p.elapsed));
-  add("wall_time_stepping", json_text(p.stepping));
-  add("wall_time_output", json_text(p.output));
-  add("peak_memory", fmt::format("{:.0f}", p.peak_memory));
-  add("checkpoint_time", json_text(p.checkpoint_time));
-  add("continuation", json_text(p.continuation));
-  add("host", json_text(p.host));
-  add("program", json_text(p.program));
-  add("phases", json_list(p.phases, phase_text));
-  add("warnings", json_list(p.warnings, [](const std::string& text) { return json_text(text); }));
-  return fmt::format("{{{}\n}}\n", lines);
+  return {{"state", name(s.state)},
+          {"step", s.step},
+          {"time", s.time},
+          {"checkpoint", s.checkpoint},
+          {"reason", s.reason},
+          {"title", p.title},
+          {"end_time", p.end_time},
+          {"ranks", p.n_ranks},
+          {"particles", p.n_particles},
+          {"first_step", p.first_step},
+          {"first_time", p.first_time},
+          {"wall_time", p.elapsed},
+          {"wall_time_stepping", p.stepping},
+          {"wall_time_output", p.output},
+          {"peak_memory", static_cast<GlobalIndex>(p.peak_memory)},
+          {"checkpoint_time", p.checkpoint_time},
+          {"continuation", p.continuation},
+          {"host", p.host},
+          {"program", p.program},
+          {"phases", phases_json(p.phases)},
+          {"warnings", p.warnings}};
 }
 
 }  // namespace
@@ -82,7 +71,7 @@ const char* name(RunState state) {
 }
 
 void write_status_alone(const std::string& folder, const Status& status) {
-  write_text_atomically(path_in(folder, "status.json"), status_text(status));
+  write_text_atomically(path_in(folder, "status.json"), json_text(status_json(status)) + "\n");
 }
 
 void write_status(const Comm& comm, const std::string& folder, const Status& status) {

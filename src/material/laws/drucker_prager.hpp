@@ -32,7 +32,7 @@ struct DruckerPrager {
 
   static constexpr const char* law_name = "drucker_prager";
   static constexpr bool flows = true;
-  static constexpr std::array internal{Internal::hardening};
+  static constexpr std::array internal{Field::hardening};
   std::array<double, 1> initial_internal() const { return {0.0}; }
 
   double density() const { return parameters.density; }
@@ -135,7 +135,7 @@ struct DruckerPrager {
   }
 };
 
-/// What is wrong with the parameters, as one sentence; empty when nothing is. Not collective.
+/// What is wrong with parameters that are within the ranges of their keys, as one sentence; empty when nothing is. Not collective.
 std::optional<std::string> parameter_fault(const DruckerPrager::Parameters& parameters);
 
 }  // namespace bulkley

@@ -19,7 +19,7 @@ struct FiniteViscoelastic {
 
   static constexpr const char* law_name = "finite_viscoelastic";
   static constexpr bool flows = true;
-  static constexpr std::array internal{Internal::viscous_left_cauchy_green};
+  static constexpr std::array internal{Field::viscous_left_cauchy_green};
   std::array<double, 6> initial_internal() const { return {1.0, 1.0, 1.0, 0.0, 0.0, 0.0}; }
 
   double density() const { return parameters.density; }
@@ -82,8 +82,5 @@ struct FiniteViscoelastic {
     return a;
   }
 };
-
-/// What is wrong with the parameters, as one sentence; empty when nothing is. Not collective.
-std::optional<std::string> parameter_fault(const FiniteViscoelastic::Parameters& parameters);
 
 }  // namespace bulkley

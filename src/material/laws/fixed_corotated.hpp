@@ -31,7 +31,7 @@ struct FixedCorotated {
 
   static constexpr const char* law_name = "fixed_corotated";
   static constexpr bool flows = false;
-  static constexpr std::array<Internal, 0> internal{};
+  static constexpr std::array<Field, 0> internal{};
 
   double density() const { return parameters.density; }
   double viscosity() const { return 0.0; }

@@ -42,6 +42,13 @@ inline Update<Real> flow_step(const NeoHookean& elastic, const FlowRule<Number>&
   return {elastic.kirchhoff_stress(e, state.volume_ratio), std::sqrt(2.0) * flow.rate, dissipation};
 }
 
+/// The constants that a shear rheometer reports: tau = yield_stress + consistency * shear_rate^flow_index.
+struct ShearRheometerConstants {
+  double yield_stress = std::numeric_limits<double>::quiet_NaN();  ///< tau_y, Pa
+  double consistency = std::numeric_limits<double>::quiet_NaN();   ///< K, Pa s^n
+  double flow_index = std::numeric_limits<double>::quiet_NaN();    ///< n = h
+};
+
 /// Viscoplastic flow of Yue et al. 2015, section 5: with s = ||dev tau||, gamma = (max(0, s - sqrt(2/3) sigma_Y) /
 /// eta)^(1/h); beside it, if wanted, the Newtonian stress of a background fluid.
 struct HerschelBulkley {
@@ -53,6 +60,7 @@ struct HerschelBulkley {
     double eta = std::numeric_limits<double>::quiet_NaN();            ///< Pa s^h, >= 0; 0: plastic, infinity: elastic
     double h = std::numeric_limits<double>::quiet_NaN();              ///< flow index, 0.1 to 3; < 1 shear thinning
     double background_viscosity = 0.0;                                ///< Pa s, >= 0
+    ShearRheometerConstants given = {};  ///< the flow as a scene gave it, if it did in this convention: for writing it again
   };
   Parameters parameters;
   /// Of eta and h as they were when the law was made; goes unused, at a loss of speed, once they have changed.
@@ -60,10 +68,12 @@ struct HerschelBulkley {
 
   static constexpr const char* law_name = "herschel_bulkley";
   static constexpr bool flows = true;
-  static constexpr std::array<Internal, 0> internal{};
+  static constexpr std::array<Field, 0> internal{};
 
   double density() const { return parameters.density; }
   double viscosity() const { return parameters.background_viscosity; }
+  CharacteristicStress characteristic_stress(double rate) const { return characteristic_stress(parameters, rate); }
+  static CharacteristicStress characteristic_stress(const Parameters& parameters, double rate);
 
   /// The elastic part.
   NeoHookean elastic() const { return {{parameters.density, parameters.bulk_modulus, parameters.shear_modulus}}; }
@@ -100,20 +110,13 @@ struct HerschelBulkley {
   }
 };
 
-/// What is wrong with the parameters, as one sentence; empty when nothing is. Not collective.
-std::optional<std::string> parameter_fault(const HerschelBulkley::Parameters& parameters);
-
-/// The constants that a shear rheometer reports: tau = yield_stress + consistency * shear_rate^flow_index.
-struct ShearRheometerConstants {
-  double yield_stress = std::numeric_limits<double>::quiet_NaN();  ///< tau_y, Pa
-  double consistency = std::numeric_limits<double>::quiet_NaN();   ///< K, Pa s^n
-  double flow_index = std::numeric_limits<double>::quiet_NaN();    ///< n = h
-};
-
 /// (T24): tau_y = sigma_Y / sqrt(3), K = eta 2^(-(1+h)/2): steady simple shear at small elastic strain. Not collective.
 ShearRheometerConstants shear_rheometer_constants(const HerschelBulkley::Parameters& parameters);
 
 /// The inverse: fills sigma_Y = sqrt(3) tau_y, eta = K 2^((1+h)/2) and h, and leaves the rest alone. Not collective.
 void set_flow(HerschelBulkley::Parameters& parameters, const ShearRheometerConstants& constants);
+
+/// Whether the flow is still what `given` says, bit for bit, so that the scene may be written with it. Not collective.
+bool is_as_given(const HerschelBulkley::Parameters& parameters);
 
 }  // namespace bulkley

@@ -52,7 +52,7 @@ struct NeoHookean {
 
   static constexpr const char* law_name = "neo_hookean";
   static constexpr bool flows = false;
-  static constexpr std::array<Internal, 0> internal{};
+  static constexpr std::array<Field, 0> internal{};
 
   double density() const { return parameters.density; }
   double viscosity() const { return 0.0; }
@@ -99,9 +99,6 @@ struct NeoHookean {
     return {kirchhoff_stress(state), broadcast<Real>(0.0), broadcast<Real>(0.0)};
   }
 };
-
-/// What is wrong with the parameters, as one sentence; empty when nothing is. Not collective.
-std::optional<std::string> parameter_fault(const NeoHookean::Parameters& parameters);
 
 /// kappa = E / (3 (1 - 2 nu)) and mu = E / (2 (1 + nu)), from Young's modulus (Pa) and Poisson's ratio (-1 < nu < 1/2).
 NeoHookean::Parameters from_youngs_modulus(double density, double youngs_modulus, double poisson_ratio);

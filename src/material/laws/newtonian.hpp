@@ -20,10 +20,11 @@ struct Newtonian {
 
   static constexpr const char* law_name = "newtonian";
   static constexpr bool flows = true;
-  static constexpr std::array<Internal, 0> internal{};
+  static constexpr std::array<Field, 0> internal{};
 
   double density() const { return parameters.density; }
   double viscosity() const { return parameters.viscosity; }
+  CharacteristicStress characteristic_stress(double rate) const { return {parameters.viscosity * rate, 0.0}; }
 
   /// p, Pa.
   template <class Real>
@@ -70,8 +71,5 @@ struct Newtonian {
     return result;
   }
 };
-
-/// What is wrong with the parameters, as one sentence; empty when nothing is. Not collective.
-std::optional<std::string> parameter_fault(const Newtonian::Parameters& parameters);
 
 }  // namespace bulkley

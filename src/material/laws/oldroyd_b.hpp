@@ -27,10 +27,14 @@ struct OldroydB {
 
   static constexpr const char* law_name = "oldroyd_b";
   static constexpr bool flows = true;
-  static constexpr std::array<Internal, 0> internal{};
+  static constexpr std::array<Field, 0> internal{};
 
   double density() const { return parameters.density; }
   double viscosity() const { return parameters.solvent_viscosity; }
+  CharacteristicStress characteristic_stress(double rate) const {
+    const Parameters& p = parameters;
+    return {(p.solvent_viscosity + p.shear_modulus * p.relaxation_time) * rate, 0.0};
+  }
 
   /// kappa and G as those of a solid: the stress and wave speed of b, and its energy up to the ln det b of a free b.
   NeoHookean elastic() const { return {{parameters.density, parameters.bulk_modulus, parameters.shear_modulus}}; }
@@ -77,8 +81,5 @@ struct OldroydB {
     return result;
   }
 };
-
-/// What is wrong with the parameters, as one sentence; empty when nothing is. Not collective.
-std::optional<std::string> parameter_fault(const OldroydB::Parameters& parameters);
 
 }  // namespace bulkley

@@ -18,7 +18,7 @@ struct Snow {
 
   static constexpr const char* law_name = "snow";
   static constexpr bool flows = true;
-  static constexpr std::array internal{Internal::plastic_volume_ratio};
+  static constexpr std::array internal{Field::plastic_volume_ratio};
   std::array<double, 1> initial_internal() const { return {1.0}; }
 
   double density() const { return parameters.density; }
@@ -94,8 +94,5 @@ struct Snow {
     return {state.left_cauchy_green, state.volume_ratio / state.internal[0]};
   }
 };
-
-/// What is wrong with the parameters, as one sentence; empty when nothing is. Not collective.
-std::optional<std::string> parameter_fault(const Snow::Parameters& parameters);
 
 }  // namespace bulkley

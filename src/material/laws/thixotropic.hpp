@@ -32,11 +32,15 @@ struct ThixotropicHerschelBulkley {
 
   static constexpr const char* law_name = "thixotropic_herschel_bulkley";
   static constexpr bool flows = true;
-  static constexpr std::array internal{Internal::structure};
+  static constexpr std::array internal{Field::structure};
   std::array<double, 1> initial_internal() const { return {parameters.initial_structure}; }
 
   double density() const { return parameters.density; }
   double viscosity() const { return parameters.background_viscosity; }
+  /// Of the full structure.
+  CharacteristicStress characteristic_stress(double rate) const {
+    return HerschelBulkley::characteristic_stress(parameters, rate);
+  }
   NeoHookean elastic() const { return {{parameters.density, parameters.bulk_modulus, parameters.shear_modulus}}; }
 
   /// residual + (1 - residual) lambda^exponent
@@ -95,7 +99,7 @@ struct ThixotropicHerschelBulkley {
   }
 };
 
-/// What is wrong with the parameters, as one sentence; empty when nothing is. Not collective.
+/// What is wrong with parameters that are within the ranges of their keys, as one sentence; empty when nothing is. Not collective.
 std::optional<std::string> parameter_fault(const ThixotropicHerschelBulkley::Parameters& parameters);
 
 }  // namespace bulkley

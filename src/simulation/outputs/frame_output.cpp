@@ -25,7 +25,7 @@ void FrameOutput::write(Run& run) {
   const auto watch = run.watchdog.watch(frame_path(run.options.folder, state.next_frame), run.checkpoint_hint());
   if (run.scene.output.tiles) {
     const TileTotals totals = tile_totals(run.comm, run.scene.grid, run.solver->census(), state.cost);
-    const TileValues tiles{run.scene.grid, run.solver->partition().worker, totals.n_particles, totals.cost};
+    const TileValues tiles{run.scene.grid, run.solver->partition().map, totals.n_particles, totals.cost};
     write_with_grid(run, &tiles);
   } else {
     write_with_grid(run, nullptr);
@@ -38,16 +38,10 @@ void FrameOutput::write(Run& run) {
 
 void FrameOutput::write_with_grid(Run& run, const TileValues* tiles) {
   if (!run.scene.output.grid) return write_frame_of(run, nullptr, tiles);
-  const VecHandle values = run.solver->node_values(run.state.time);
-  const PetscScalar* data = nullptr;
-  BULKLEY_PETSC(VecGetArrayRead(values.get(), &data));
-  const Grid& grid = run.solver->grid();
-  const GridNodes nodes{grid.geometry(),
-                        grid.first(),
-                        grid.count(),
-                        {reinterpret_cast<const Node*>(data), static_cast<std::size_t>(grid.n_owned())}};
+  const std::vector<Node> values = run.solver->node_values(run.state.time);
+  const FieldGrid& grid = run.solver->grid();
+  const GridNodes nodes{run.scene.grid, grid.first(), grid.count(), values};
   write_frame_of(run, &nodes, tiles);
-  BULKLEY_PETSC(VecRestoreArrayRead(values.get(), &data));
 }
 
 void FrameOutput::write_frame_of(Run& run, const GridNodes* nodes, const TileValues* tiles) {

@@ -30,6 +30,8 @@ class Validator:
             return self.bulkley_fault(arguments, folder)
         if name in ("pvpython", "pvbatch", "python3"):
             return self.script_fault(arguments[0], arguments[1:])
+        if name == ".":
+            return None if (self.root / arguments[0]).is_file() else f"there is no {arguments[0]}"
         if name == "paraview":
             scripts = [word.partition("=")[2] for word in arguments if word.startswith("--script=")]
             return next((f"there is no {script}" for script in scripts if not (self.root / script).is_file()), None)
@@ -66,6 +68,9 @@ class Validator:
 
     def script_fault(self, script, arguments):
         path = self.root / script
+        if (path / "__main__.py").is_file():  # a package with tools: what the tool says of its options
+            text = self.text_of_help(sys.executable, str(path), *arguments[:1])
+            return unknown_option(arguments, text) if text else f"{script} has no tool {' '.join(arguments[:1])}"
         if not path.is_file():
             return f"there is no {script}"
         if not script.endswith(".py") and not path.stat().st_mode & 0o111:

@@ -13,7 +13,7 @@ from bulkley_program import Program  # noqa: E402
 
 INSTALLED = ("bin/bulkley", "include/bulkley/simulation.hpp", "include/bulkley/version.hpp",
              "share/bulkley/scenes/cream_splash.toml", "share/bulkley/jobs/job_functions.sh", "share/bulkley/jobs/slurm/srun.sh",
-             "share/bulkley/python/pyproject.toml", "share/bulkley/paraview/render.py", "share/bulkley/measure.py",
+             "share/bulkley/python/pyproject.toml", "share/bulkley/paraview/render.py", "share/bulkley/python/bulkley/__main__.py", "share/bulkley/python/bulkley/report_template.html",
              "share/man/man1/bulkley.1", "share/bash-completion/completions/bulkley", "share/zsh/site-functions/_bulkley")
 EXAMPLE = "docs/examples/own_material"
 LIMIT = 120.0  # s, for each run
@@ -108,6 +108,21 @@ def check_refusal(prefix, mpiexec, folder):
         fail(f"the installed program: {again.text}")
 
 
+def check_report(prefix, mpiexec, folder):
+    """The page comes from the Python package of the installation: here from one whose template says something else."""
+    template = prefix / "share/bulkley/python/bulkley/report_template.html"
+    text = template.read_text(encoding="utf-8")
+    template.write_text(text.replace("<h2>Summary</h2>", "<h2>Installed</h2>"), encoding="utf-8")
+    plain = Program(str(prefix / "bin/bulkley"), mpiexec)
+    scene = str(prefix / "share/bulkley/scenes/cream_splash.toml")
+    run = plain.run(["run", scene, "--set", "domain.cell_size=0.05", "--max-steps", "5", "--out", "splash"], 1, folder, LIMIT)
+    report = plain.run(["report", "splash"], 1, folder, LIMIT)
+    if run.code != 0 or report.code != 0:
+        fail(f"the report of the installed program: exit code {report.code}\n{run.text}{report.text}")
+    if "<h2>Installed</h2>" not in (folder / "splash/report.html").read_text(encoding="utf-8"):
+        fail("the installed program does not use the installed Python package")
+
+
 def check_driver(folder, mpiexec):
     lines = set()
     for ranks in (1, 2):
@@ -138,6 +153,7 @@ def main():
     check_rheometer(own, folder)
     check_runs(own, folder)
     check_refusal(prefix, arguments.mpiexec, folder)
+    check_report(prefix, arguments.mpiexec, folder)
     check_driver(folder, arguments.mpiexec)
     shutil.rmtree(work)
 

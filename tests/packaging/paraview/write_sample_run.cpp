@@ -64,16 +64,18 @@ GridNodes make_grid(const Comm& comm, std::vector<Node>& nodes) {
 /// Values of the tiles that say which tile they belong to.
 struct SampleTiles {
   explicit SampleTiles(const GridGeometry& grid) : geometry(grid) {
+    std::vector<std::int32_t> rank;
     for (TileIndex tile = 0; tile < grid.n_tiles(); ++tile) {
       rank.push_back(tile % 3);
       particles.push_back(10 * tile);
       load.push_back(0.5 + tile);
     }
+    owners = TileMap(3, std::move(rank));
   }
-  TileValues values() const { return {geometry, rank, particles, load}; }
+  TileValues values() const { return {geometry, owners, particles, load}; }
 
   GridGeometry geometry;
-  std::vector<std::int32_t> rank;
+  TileMap owners;
   std::vector<GlobalIndex> particles;
   std::vector<double> load;
 };

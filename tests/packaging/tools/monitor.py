@@ -139,13 +139,31 @@ class Monitor:
     def check_curve(self, source, kinetic):
         """Heights of the curve, taken back through the axis, are the values of the table."""
         figure = re.search(r"<figcaption>Energies.*?</svg>", source, re.DOTALL)[0]
-        path = re.search(r'class="curve s0" d="M([^"]*)"', figure)[1]
-        heights = [float(point.split()[1]) for point in path.split("L")]
+        path = re.search(r'<title>kinetic: [^<]*</title>\s*<path d="([^"]*)"', figure)[1]
+        heights = [float(height) for height in re.findall(r"[ML] \S+ (\S+)", path)]
         expect(len(heights) == len(kinetic), f"the curve has {len(heights)} points for {len(kinetic)} rows")
         high, low = kinetic.index(max(kinetic)), kinetic.index(min(kinetic))
         scale = (heights[low] - heights[high]) / (kinetic[high] - kinetic[low])
         worst = max(abs(heights[high] + scale * (kinetic[high] - value) - y) for value, y in zip(kinetic, heights))
         expect(worst < 0.3, f"the curve of kinetic energy is {worst} off")
+
+    def without_python(self):
+        """No page, and a sentence that tells why; the summary of `status` needs no Python."""
+        for python in ("/bin/false", "/nowhere/python3"):
+            os.environ["BULKLEY_PYTHON"] = python
+            text = self.ask("report", "finished", "--out", "no_page.html", code=3)
+            expect("no page no_page.html: " in text and not (self.work / "no_page.html").exists(), f"{python}: {text}")
+            expect(": finished (" in self.ask("status", "finished"), "status needs Python")
+        expect("no python3 with matplotlib was found" in text and text.count("\n") == 1, f"without Python: {text}")
+        # A Python that lacks matplotlib; the one on the PATH is passed over for the next.
+        bare = self.work / "bare"
+        bare.mkdir()
+        (bare / "python3").write_text(f'#!/bin/sh\nexec {sys.executable} -S -E "$@"\n', encoding="utf-8")
+        (bare / "python3").chmod(0o755)
+        os.environ["BULKLEY_PYTHON"] = str(bare / "python3")
+        text = self.ask("report", "finished", "--out", "no_page.html", code=3)
+        expect("no python3 with matplotlib was found" in text and text.count("\n") == 1, f"without matplotlib: {text}")
+        del os.environ["BULKLEY_PYTHON"]
 
     def running(self):
         """Looked at while it goes on; where it is stopped its bits must be those of a run left alone."""
@@ -268,6 +286,7 @@ def main():
     monitor.failed()
     monitor.killed_and_torn()
     monitor.foreign()
+    monitor.without_python()
     monitor.several()
     monitor.long(arguments.rows)
     monitor.running()

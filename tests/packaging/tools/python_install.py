@@ -31,8 +31,14 @@ def main():
     said = subprocess.run([str(python), "-c", question], capture_output=True, text=True, check=True, cwd=work).stdout.split()
     if not said[0].startswith(str(environment)) or said[1] != said[2]:
         fail(f"what was installed is not what is imported: {said}")
-    if not (pathlib.Path(said[0]).parent / "py.typed").is_file():
-        fail("py.typed is not installed")
+    for name in ("py.typed", "report_template.html"):
+        if not (pathlib.Path(said[0]).parent / name).is_file():
+            fail(f"{name} is not installed")
+    for tool in ([environment / "bin/bulkley-tools"], [python, "-m", "bulkley"]):
+        said = subprocess.run([str(word) for word in (*tool, "measure", "--help")], capture_output=True, text=True, check=True,
+                              cwd=work).stdout
+        if "output folder of a run" not in said:
+            fail(f"{tool} does not know the tool `measure`: {said}")
 
 
 if __name__ == "__main__":

@@ -22,6 +22,8 @@ from sample_run import N_FRAMES, chosen_by_id, expect, make_run, truth  # noqa: 
 PACKAGE = ROOT / "drivers/python"
 sys.path.insert(0, str(PACKAGE))
 import bulkley  # noqa: E402
+from bulkley.report_curves import ThinnedCurve  # noqa: E402
+from bulkley.run import EndedRun  # noqa: E402
 
 
 def same(found, wanted, what):
@@ -246,6 +248,64 @@ def check_faults(folder, work):
     refuses(lambda: alone.scene, "scene.toml")
 
 
+# --- the tools ------------------------------------------------------------------------------------------------------
+
+def check_ended_run(run):
+    ended = EndedRun(run.folder)
+    expect(ended.history is ended.history and run.history is not run.history, "the history of a run that has ended")
+    domain = run.scene["domain"]
+    expect((run.cell_size, run.floor, run.gravity) == (domain["cell_size"], domain["lower"][2], -run.scene["gravity"][2]),
+           "cell size, floor and gravity")
+    expect(len(ended.frames) == N_FRAMES, "the frames of a run that has ended")
+
+
+def check_thinning():
+    """A short curve is kept; of a long one, added in parts, the extremes of each of 500 parts are."""
+    rng = np.random.default_rng(3)
+    x, y = np.arange(70000) * 1e-5, rng.standard_normal(70000)
+    y[::777] = np.nan
+    short = ThinnedCurve(0.7)
+    short.add(x[:1000], y[:1000])
+    same(short.y, y[:1000][np.isfinite(y[:1000])], "a short curve")
+    curve = ThinnedCurve(0.7)
+    for part in np.array_split(np.arange(70000), 7):
+        curve.add(x[part], y[part])
+    wanted = [k for part in np.array_split(np.arange(70000), 500) for k in sorted((part[np.nanargmin(y[part])],
+                                                                                   part[np.nanargmax(y[part])]))]
+    found = {(a, b) for a, b in zip(curve.x, curve.y)}
+    missing = [k for k in wanted if (x[k], y[k]) not in found]
+    expect(len(curve.x) <= 1000 and np.all(np.diff(curve.x) >= 0.0), "a thinned curve")
+    expect(len(missing) <= 4, f"extremes are lost: {missing}")  # parts of the time and of the rows differ by rounding
+
+
+def check_tools(work):
+    """Without installing; and without h5py, which reports and histories do not need."""
+    def tool(*arguments, python=()):
+        return subprocess.run([sys.executable, *python, *map(str, arguments)], capture_output=True, text=True, check=False,
+                              timeout=60, cwd=work)
+    said = tool(PACKAGE / "bulkley", "--help")
+    expect(said.returncode == 0 and "scaling-model" in said.stdout, "--help of the tools")
+    said = tool(PACKAGE / "bulkley", "mesure")
+    expect(said.returncode == 1 and "there is no tool 'mesure'" in said.stderr and "measure" in said.stderr, "a tool's name")
+    old = f"import runpy, sys; sys.version_info = (3, 9); sys.argv = ['x', %r]; runpy.run_path('{PACKAGE / 'bulkley'}', " \
+        "run_name='__main__')"
+    for name, words in (("measure", "measure: this needs Python 3.11 or newer\n"), ("report", "")):
+        said = tool("-c", old % name)
+        expect(said.returncode == 4 and said.stderr == words, f"{name} with an old Python: {said}")
+    (work / "h5py.py").write_text("raise ImportError('none here')\n")
+    question = f"import sys; sys.path[:0] = ['.', '{PACKAGE}']; import bulkley; print(bulkley.open_file('run/frame_000000.h5'))"
+    said = tool("-c", question)
+    expect(said.returncode == 1 and "frames and checkpoints need h5py" in said.stderr, "what is said without h5py")
+    (work / "numpy.py").write_text("raise ImportError('no numpy here')\n")
+    for name, words in (("measure", "measure: no numpy here\n"), ("report", "")):
+        # In the working folder there is another numpy: only a tool that is told to looks there.
+        expect(tool(PACKAGE / "bulkley", name, "--help").returncode == 0, f"{name} takes modules of the working folder")
+        environment = {**os.environ, "PYTHONPATH": str(work)}
+        said = subprocess.run([sys.executable, str(PACKAGE / "bulkley"), name, "--help"], capture_output=True, text=True,
+                              check=False, timeout=60, env=environment)
+        expect(said.returncode == 4 and said.stderr == words, f"{name} without numpy: {said}")
+
+
 def check_version(program):
     said = subprocess.run([program.path, "--version"], capture_output=True, text=True, check=True).stdout
     declared = re.search(r"project\(bulkley VERSION (\S+)", (ROOT / "CMakeLists.txt").read_text()).group(1)
@@ -265,6 +325,9 @@ def main():
     check_faults(folder, work)
     check_run_that_goes_on(folder, work)
     check_pictures(run, folder, work)
+    check_ended_run(run)
+    check_thinning()
+    check_tools(work)
 
 
 if __name__ == "__main__":

@@ -99,7 +99,7 @@ TEST(Shape, VolumesAreExact) {
 TEST(Shape, DistancesGrowByOneAlongTheNormal) {
   const Shape shapes[] = {box, sphere, cylinder, capsule, ellipsoid, plane, both, placed(box, 0.8), placed(cylinder, 2.0)};
   for (const Shape& shape : shapes) {
-    SCOPED_TRACE(shape_name(shape));
+    SCOPED_TRACE(shape.kind.index());
     for (const Vec3& x : random_points(300)) {
       const Vec3 n = outward_normal(shape, x);
       EXPECT_NEAR(n.norm(), 1.0, 1e-14);
@@ -129,7 +129,7 @@ TEST(Shape, NormalsAreTheGradientInsideToo) {
   const Shape shapes[] = {
       box, sphere, cylinder, capsule, ellipsoid, plane, both, tube, bore, placed(box, 0.8), placed(capsule, -1.0)};
   for (const Shape& shape : shapes) {
-    SCOPED_TRACE(shape_name(shape));
+    SCOPED_TRACE(shape.kind.index());
     const double h = 1e-6;
     int close = 0, tested = 0;
     for (const Vec3& x : random_points(20000)) {
@@ -174,7 +174,7 @@ TEST(Shape, PlacedTurnsThenMoves) {
 TEST(Shape, BoundsHoldTheShapeAndTouchIt) {
   const Shape shapes[] = {box, sphere, cylinder, capsule, ellipsoid, both, tube, placed(cylinder, 0.4), placed(both, -2.0)};
   for (const Shape& shape : shapes) {
-    SCOPED_TRACE(shape_name(shape));
+    SCOPED_TRACE(shape.kind.index());
     const Bounds b = bounds(shape);
     const Vec3 center = 0.5 * (b.lower + b.upper), reach = 0.75 * (b.upper - b.lower);  // also beyond the bounds
     Vec3 lowest = Vec3::Constant(10.0), highest = Vec3::Constant(-10.0);
@@ -221,10 +221,10 @@ TEST(Shape, DegenerateShapesAreUsageErrors) {
                        {Placed{}},
                        placed({Sphere{{0, 0, 0}, 0.0}}, 0.0),
                        placed(sphere, nan)};
-  for (const Shape& shape : bad) EXPECT_THROW(check_shape(shape, "body 'a'"), UsageError) << shape_name(shape);
+  for (const Shape& shape : bad) EXPECT_THROW(check_shape(shape, "body 'a'"), UsageError) << shape.kind.index();
   const Shape good[] = {
       box, sphere, cylinder, capsule, ellipsoid, plane, both, placed(both, 1.0), {Capsule{{0, 0, 0}, {0, 0, 0}, 1.0}}};
-  for (const Shape& shape : good) EXPECT_NO_THROW(check_shape(shape, "body 'a'")) << shape_name(shape);
+  for (const Shape& shape : good) EXPECT_NO_THROW(check_shape(shape, "body 'a'")) << shape.kind.index();
   try {
     check_shape({Sphere{{0, 0, 0}, -2.0}}, "collider 'rod'");
     FAIL() << "a negative radius was accepted";

@@ -41,10 +41,10 @@ TEST(Surface, OfPrimitivesIsClosedFacesOutwardsAndLiesOnThem) {
     for (const Shape& each : {shape, placed(shape)}) {
       const TriangleMesh mesh = surface_of(each, window);
       const MeshFacts found = facts(mesh);
-      EXPECT_TRUE(found.closed()) << shape_name(shape);
-      EXPECT_LE(found.volume, volume * (1.0 + 1e-12)) << shape_name(shape);
-      EXPECT_GE(found.volume, volume * 0.99) << shape_name(shape);
-      EXPECT_LT(worst_vertex(mesh, each), 1e-12) << shape_name(shape);
+      EXPECT_TRUE(found.closed()) << shape.kind.index();
+      EXPECT_LE(found.volume, volume * (1.0 + 1e-12)) << shape.kind.index();
+      EXPECT_GE(found.volume, volume * 0.99) << shape.kind.index();
+      EXPECT_LT(worst_vertex(mesh, each), 1e-12) << shape.kind.index();
     }
 }
 

@@ -236,6 +236,20 @@ TEST(Boundary, ColliderHoldsTheNearestNodesAlongItsNormals) {
   EXPECT_EQ(held[1], held[2]);
 }
 
+TEST(Boundary, FaultsOfFacesNameTheFaceAndTheKey) {
+  Faces faces = all(FaceKind::sticky);
+  EXPECT_TRUE(face_faults(faces).empty());
+  faces[3].kind = FaceKind::periodic;
+  faces[0].velocity = {0.1, 0.0, 0.0};
+  faces[5].friction = -0.1;
+  faces[1].velocity = {0.0, NAN, 0.0};
+  const std::vector<FaceFault> faults = face_faults(faces);
+  ASSERT_EQ(faults.size(), 4u);
+  const std::pair<std::size_t, std::string> expected[] = {{3, ""}, {0, "velocity"}, {1, "velocity"}, {5, "friction"}};
+  for (std::size_t f = 0; f < 4; ++f) EXPECT_EQ(std::pair(faults[f].face, std::string(faults[f].key)), expected[f]) << f;
+  EXPECT_EQ(faults[0].sentence, "is periodic but 'y_lower' is not; an axis is periodic at both ends or at none");
+}
+
 TEST(Boundary, BadWallsAreUsageErrors) {
   GridGeometry grid = small_grid();
   const auto attempt = [&](const Faces& faces, const std::vector<Collider>& colliders) {

@@ -294,11 +294,11 @@ TEST(StressUpdateBounds, MergesIntoWhatIsThere) {
   ParticleSet set = make_set(mixed_points(20));
   StepBounds bounds;
   bounds.motion.wave_speed = {1e9, 5};
-  bounds.sums.stress_volume = 1e9;
-  bounds.totals.smallest_volume_ratio = 1e-9;
-  bounds.totals.largest_volume_ratio = 1e9;
-  bounds.failures.n_not_finite = 3;
-  bounds.failures.failed_id = 4;
+  bounds.sums.stress_volume.value = 1e9;
+  bounds.totals.smallest_volume_ratio.value = 1e-9;
+  bounds.totals.largest_volume_ratio.value = 1e9;
+  bounds.failures.n_not_finite.value = 3;
+  bounds.failures.failed_id.value = 4;
   stress_update(foam, 0, Field::affine_velocity, dt, set, bounds);
   EXPECT_EQ(bounds.motion.wave_speed.value, 1e9);
   EXPECT_EQ(bounds.motion.wave_speed.id, 5);

@@ -43,7 +43,7 @@ TEST_P(AllLaws, RestIsFreeOfStressAndEnergyAndStaysSo) {
 }
 
 TEST_P(AllLaws, ParametersAreSound) {
-  with_law([](const auto& law) { EXPECT_EQ(parameter_fault(law.parameters).value_or(""), ""); });
+  with_law([](const auto& law) { EXPECT_EQ(material_fault(law).value_or(""), ""); });
 }
 
 // J holds all volume; what the update returns is the stress of the state it leaves, but for the viscous part; what it

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <limits>
 
-#include "bulkley/base/error.hpp"
 #include "material/preset.hpp"
 #include "support.hpp"
 
@@ -30,12 +29,12 @@ constexpr Entry entries[] = {
 std::string fault_with(double HerschelBulkley::Parameters::*member, double value) {
   HerschelBulkley::Parameters p = foam().parameters;
   p.*member = value;
-  return parameter_fault(p).value_or("");
+  return material_fault(HerschelBulkley{p}).value_or("");
 }
 
 TEST(ParameterFault, ValidParametersHaveNone) {
   using P = HerschelBulkley::Parameters;
-  EXPECT_FALSE(parameter_fault(foam().parameters));
+  EXPECT_FALSE(material_fault(foam()));
   EXPECT_EQ(fault_with(&P::shear_modulus, 0.0), "");
   EXPECT_EQ(fault_with(&P::sigma_Y, 0.0), "");
   EXPECT_EQ(fault_with(&P::eta, 0.0), "");
@@ -56,22 +55,45 @@ TEST(ParameterFault, NamesWhatIsMissingOrOutOfRange) {
   EXPECT_NE(fault_with(&P::density, 0.0), "");
   EXPECT_NE(fault_with(&P::bulk_modulus, 0.0), "");
   EXPECT_NE(fault_with(&P::h, 0.0999), "");
-  EXPECT_EQ(fault_with(&P::h, 3.001), "h = 3.001 must be from 0.1 to 3");
+  EXPECT_EQ(fault_with(&P::h, 3.001), "h = 3.001 must be at least 0.1 and at most 3");
 }
 
 TEST(ParameterFault, DefaultParametersAreRefused) {
-  EXPECT_TRUE(parameter_fault(NeoHookean::Parameters{}));
-  EXPECT_TRUE(parameter_fault(HerschelBulkley::Parameters{}));
+  EXPECT_TRUE(material_fault(NeoHookean{}));
+  EXPECT_TRUE(material_fault(HerschelBulkley{}));
 }
 
-TEST(RequireValid, ThrowsAUsageErrorThatNamesTheMaterial) {
-  EXPECT_NO_THROW(require_valid({"jelly", foam()}));
-  try {
-    require_valid({"jelly", NeoHookean{{-1.0, 1e5, 1e3}}});
-    FAIL() << "no error";
-  } catch (const UsageError& error) {
-    EXPECT_STREQ(error.what(), "material 'jelly': density = -1 must be positive and finite");
-  }
+// The rules that no single range can state.
+TEST(ParameterFault, RulesOverSeveralParameters) {
+  DruckerPrager::Parameters sand = std::get<DruckerPrager>(find_preset("sand")->material).parameters;
+  EXPECT_FALSE(material_fault(DruckerPrager{sand}));
+  sand.hardening_drop = sand.friction_angle;
+  EXPECT_EQ(material_fault(DruckerPrager{sand}),
+            "friction_angle - hardening_drop = 0 must be above 0 and at most 60 degrees");
+  sand.hardening_drop = 0.0;
+  sand.hardening_rise = 500.0;
+  EXPECT_NE(material_fault(DruckerPrager{sand}).value_or("").find("largest friction angle"), std::string::npos);
+  sand.hardening_rise = 1.0;
+  sand.hardening_decay = 0.0;
+  EXPECT_NE(material_fault(DruckerPrager{sand}).value_or("").find("hardening_decay"), std::string::npos);
+
+  ThixotropicHerschelBulkley::Parameters fluid{foam().parameters};
+  fluid.build_up = fluid.breakdown = 1.0;
+  EXPECT_FALSE(material_fault(ThixotropicHerschelBulkley{fluid}));
+  fluid.eta = infinity;
+  EXPECT_EQ(material_fault(ThixotropicHerschelBulkley{fluid}), "eta = inf must be finite");
+}
+
+TEST(CharacteristicStress, OfFluidsOnly) {
+  const HerschelBulkley::Parameters p = foam().parameters;
+  const ShearRheometerConstants c = shear_rheometer_constants(p);
+  const auto stress = characteristic_stress(foam(), 3.0);
+  ASSERT_TRUE(stress);
+  EXPECT_EQ(stress->yield, c.yield_stress);
+  EXPECT_EQ(stress->total, c.yield_stress + c.consistency * std::pow(3.0, c.flow_index));
+  EXPECT_EQ(characteristic_stress(Newtonian{{1000.0, 1e5, 0.5}}, 4.0)->total, 2.0);
+  EXPECT_EQ(characteristic_stress(OldroydB{{1000.0, 1e5, 10.0, 0.2, 0.5}}, 4.0)->total, 10.0);
+  EXPECT_FALSE(characteristic_stress(NeoHookean{{1000.0, 1e5, 1e3}}, 1.0));
 }
 
 TEST(ShearRheometer, ConstantsOfTheFoam) {
@@ -99,7 +121,7 @@ TEST(YoungsModulus, AgreesWithTheUniaxialTest) {
 TEST(Preset, EveryOneIsValidAndFoundByName) {
   std::string names;
   for (const Preset& preset : presets()) {
-    EXPECT_NO_THROW(require_valid({std::string(preset.name), preset.material})) << preset.name;
+    EXPECT_EQ(material_fault(preset.material).value_or(""), "") << preset.name;
     EXPECT_FALSE(preset.source.empty());
     const auto found = find_preset(preset.name);
     EXPECT_TRUE(found && found->material.index() == preset.material.index() && found->source == preset.source);

@@ -95,7 +95,7 @@ TEST(Seeding, RoundBodiesHaveTheirVolume) {
     for (const auto lattice : {SeedingLattice::regular, SeedingLattice::jittered}) {
       Body body = body_of(shape);
       body.lattice = lattice;
-      EXPECT_NEAR(total_volume(seeded(unit_grid(40), {body})), volume, 2e-3 * volume) << shape_name(shape);
+      EXPECT_NEAR(total_volume(seeded(unit_grid(40), {body})), volume, 2e-3 * volume) << shape.kind.index();
     }
 }
 
@@ -375,6 +375,24 @@ TEST(Seeding, VelocityFieldAddsToVelocityAndSpin) {
     for (int c = 0; c < 9; ++c)
       EXPECT_NEAR(set.real(Field::affine_velocity, c)[p], gradient(c / 3, c % 3), 1e-9 * 2.0 * pi) << c;
   }
+}
+
+TEST(Seeding, TheFirstUndefinedMotionIsFoundByTheShareThatHoldsIt) {
+  const GridGeometry grid = unit_grid(20);
+  Body body = body_of({Box{grid.lower, grid.upper()}});
+  EXPECT_FALSE(find_undefined_motion(grid, {body}, 0, grid.n_tiles()));
+  body.velocity_field.text = {"ln(0.2 - x)", "0", "0"};
+  const auto whole = find_undefined_motion(grid, {body}, 0, grid.n_tiles());
+  ASSERT_TRUE(whole);
+  EXPECT_GT(whole->position[0], 0.2 - grid.cell_size);
+  int n_finders = 0;
+  for (TileIndex first = 0; first < grid.n_tiles(); first += 7) {
+    const auto part = find_undefined_motion(grid, {body}, first, std::min<TileIndex>(first + 7, grid.n_tiles()));
+    if (part && n_finders++ == 0) {
+      EXPECT_EQ(part->position, whole->position);
+    }
+  }
+  EXPECT_GT(n_finders, 1);
 }
 
 }  // namespace

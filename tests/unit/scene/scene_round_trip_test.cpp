@@ -10,6 +10,7 @@
 #include "geometry/builtin_mesh.hpp"
 #include "geometry/mesh_shape.hpp"
 #include "material/preset.hpp"
+#include "scene/scene_difference.hpp"
 #include "support/scene_text.hpp"
 
 namespace bulkley::scene_test {
@@ -39,6 +40,51 @@ void expect_round_trip(const Scene& scene) {
     EXPECT_EQ(again.bodies[b].material_index, scene.bodies[b].material_index);
     EXPECT_EQ(again.bodies[b].seed, scene.bodies[b].seed);
   }
+}
+
+TEST(SceneRoundTrip, FlowsAreWrittenInTheConventionTheyWereReadIn) {
+  for (const std::string law : {"herschel_bulkley", "thixotropic_herschel_bulkley"}) {
+    const std::string kinetics = law == "herschel_bulkley" ? "" : "build_up = 0.1\nbreakdown = 0.2\n";
+    const std::string start = "law = \"" + law + "\"\ndensity = 1000\nbulk_modulus = 1e5\nshear_modulus = 300\n" + kinetics;
+    const std::string flow = "yield_stress = 18.3\nconsistency = 17.7\nflow_index = 0.37\n";
+    const Scene rheometer = parsed(with(small_scene, "preset = \"cream\"\n", start + flow));
+    expect_round_trip(rheometer);
+    for (const std::string line : {"yield_stress = 18.3 ", "consistency = 17.7 ", "flow_index = 0.37\n"})
+      EXPECT_NE(rheometer.effective_text.find("\n" + line), std::string::npos) << rheometer.effective_text;
+    EXPECT_EQ(rheometer.effective_text.find("\nsigma_Y"), std::string::npos) << rheometer.effective_text;
+    const Scene again = parse_scene(rheometer.effective_text, "effective.toml", {});
+    const auto parameters = [](const Scene& scene) {
+      return std::visit(
+          [](const auto& l) -> HerschelBulkley::Parameters {
+            if constexpr (requires { l.parameters.sigma_Y; })
+              return l.parameters;
+            else
+              return {};
+          },
+          scene.materials[0].material);
+    };
+    EXPECT_EQ(parameters(again).sigma_Y, parameters(rheometer).sigma_Y);
+    EXPECT_EQ(parameters(again).eta, parameters(rheometer).eta);
+  }
+}
+
+// The same flow in the two conventions is the same scene, as in checkpoints of versions that wrote Yue's only.
+TEST(SceneDifferences, FlowsAreComparedInOneConvention) {
+  const std::string start = "law = \"herschel_bulkley\"\ndensity = 1000\nbulk_modulus = 1e5\nshear_modulus = 300\n";
+  const std::string flow = "yield_stress = 18.3\nconsistency = 17.7\nflow_index = 0.37\n";
+  const Scene rheometer = parsed(with(small_scene, "preset = \"cream\"\n", start + flow));
+  Scene yue = rheometer;
+  std::get<HerschelBulkley>(yue.materials[0].material).parameters.given = {};
+  ASSERT_NE(effective_text(yue).find("\nsigma_Y"), std::string::npos);
+  EXPECT_TRUE(scene_differences(effective_text(yue), rheometer).empty());
+  const auto changed = [&](const std::string& text) {
+    const std::vector<std::string> all = scene_differences(text, rheometer);
+    return all.size() == 1 ? all[0] : "";
+  };
+  EXPECT_EQ(changed(with(rheometer.effective_text, "\nyield_stress = 18.3", "\nyield_stress = 20.0")),
+            "materials.fluid.yield_stress: 20.0 -> 18.3");
+  EXPECT_EQ(changed(with(effective_text(yue), "\nsigma_Y = 31.6", "\nsigma_Y = 41.6")).substr(0, 24),
+            "materials.fluid.sigma_Y:");
 }
 
 TEST(SceneRoundTrip, OfASceneThatUsesEverything) {

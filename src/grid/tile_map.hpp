@@ -1,0 +1,69 @@
+#pragma once
+// Which rank owns which tile, and which rank owns the nodes of a tile.
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "grid/grid_geometry.hpp"
+
+namespace bulkley {
+
+/// The owner of every tile of a grid: the rank that holds the tile's particles. A value, the same on every rank; ranks may
+/// own nothing. What it stores is its own affair (at present 4 bytes a tile; a map made of the splitters of a curve would
+/// need a key a rank), so the rest of the program asks for owners and never holds a table of them.
+/// No function is collective.
+class TileMap {
+ public:
+  /// No tiles, one rank.
+  TileMap() = default;
+  /// `owners`: rank by TileIndex, each in [0, n_ranks).
+  TileMap(int n_ranks, std::vector<std::int32_t> owners);
+
+  int n_ranks() const { return n_ranks_; }
+  TileIndex n_tiles() const { return static_cast<TileIndex>(owners_.size()); }
+  /// Precondition: 0 <= tile < n_tiles().
+  std::int32_t owner(TileIndex tile) const { return owners_[static_cast<std::size_t>(tile)]; }
+  /// The tiles of one rank, ascending.
+  std::vector<TileIndex> owned_tiles(std::int32_t rank) const;
+
+  /// Whether every tile has the same owner, out of as many ranks.
+  bool operator==(const TileMap& other) const = default;
+  /// A hash of all that operator== compares: ranks compare it to see that they agree.
+  std::uint64_t fingerprint() const;
+
+  /// The map as numbers, to send it to other ranks. Moves them out: no copy is made.
+  std::vector<std::int32_t> pack() &&;
+  /// The map among n_ranks that such numbers came from.
+  static TileMap unpack(int n_ranks, std::vector<std::int32_t> packed);
+
+  /// Bytes on this rank.
+  std::size_t memory() const { return owners_.capacity() * sizeof(std::int32_t); }
+
+ private:
+  int n_ranks_ = 1;
+  std::vector<std::int32_t> owners_;  ///< by TileIndex
+};
+
+/// Tiles along each axis that may go to different ranks. A node just behind a wall and its image just in front of it have
+/// one owner: where they lie in different tiles, which can only be at the upper face, the last layer goes with the one
+/// before. No particle belongs to it then. Not collective.
+Int3 separable_tiles(const GridGeometry& grid);
+
+/// The rank that sums up the nodes of a tile and updates them: the owner of the tile, or of the one in front of it
+/// (separable_tiles). Grid and map must outlive it.
+class NodeOwner {
+ public:
+  NodeOwner(const GridGeometry& grid, const TileMap& map) : grid_(grid), map_(map), separable_(separable_tiles(grid)) {}
+  std::int32_t operator()(Int3 tile) const {
+    for (int axis = 0; axis < 3; ++axis) tile[axis] = tile[axis] < separable_[axis] ? tile[axis] : separable_[axis] - 1;
+    return map_.owner(grid_.tile_index(tile));
+  }
+
+ private:
+  const GridGeometry& grid_;
+  const TileMap& map_;
+  Int3 separable_;
+};
+
+}  // namespace bulkley

@@ -1,0 +1,480 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <set>
+
+#include "balance/diffusion.hpp"
+#include "balance/graph_parts.hpp"
+#include "balance/hilbert.hpp"
+#include "balance/partition.hpp"
+#include "balance/ranges.hpp"
+#include "balance/traffic.hpp"
+#include "support/tile_loads.hpp"
+
+namespace bulkley {
+namespace {
+
+constexpr PartitionMethod free_methods[] = {PartitionMethod::hilbert, PartitionMethod::metis};
+
+struct NamedLoad {
+  const char* name;
+  GridGeometry grid;
+  TileLoad load;
+};
+std::vector<NamedLoad> loads_of_all_kinds() {
+  std::vector<NamedLoad> result;
+  for (const GridGeometry& grid : {grid_of_cells({44, 50, 37}), grid_of_cells({48, 40, 36}, {true, false, true}),
+                                   grid_of_cells({120, 116, 4}, {true, true, true})}) {
+    result.push_back({"random", grid, tile_load(random_load(grid, 5))});
+    result.push_back({"ball", grid, tile_load(ball_load(grid))});
+    result.push_back({"scattered", grid, tile_load(scattered_load(grid))});
+  }
+  for (NamedLoad& named : result)
+    for (GlobalIndex& weight : named.load.weight) weight *= 80'000;  // ps, as a particle costs
+  return result;
+}
+
+// --- Hilbert curve -----------------------------------------------------------------------------------------------------
+
+TEST(Hilbert, VisitsEachCellOnceInStepsOfOne) {
+  for (const int bits : {1, 2, 3, 5}) {
+    const int n = 1 << bits;
+    std::vector<Int3> at(static_cast<std::size_t>(n) * n * n, Int3{-1, -1, -1});
+    for (int x = 0; x < n; ++x)
+      for (int y = 0; y < n; ++y)
+        for (int z = 0; z < n; ++z) {
+          const std::uint64_t position = hilbert_position({x, y, z}, bits);
+          ASSERT_LT(position, at.size());
+          ASSERT_EQ(at[position][0], -1) << "two cells at position " << position;
+          at[position] = {x, y, z};
+        }
+    for (std::size_t p = 1; p < at.size(); ++p) {
+      int length = 0;
+      for (int axis = 0; axis < 3; ++axis) length += std::abs(at[p][axis] - at[p - 1][axis]);
+      ASSERT_EQ(length, 1) << "from position " << p - 1 << " with " << bits << " bits";
+    }
+  }
+}
+
+TEST(Hilbert, PartsAreChunksOfTheCurve) {
+  const GridGeometry grid = grid_of_cells({60, 60, 60});  // 16 tiles along each axis
+  const TileLoad load = tile_load(random_load(grid, 2));
+  const std::vector<std::int32_t> part = hilbert_parts(grid, load, 23);
+  std::map<std::uint64_t, std::int32_t> along;
+  for (std::size_t t = 0; t < load.size(); ++t) along[hilbert_position(grid.tile_coordinates(load.tile[t]), 4)] = part[t];
+  std::int32_t last = 0;
+  for (const auto& [position, p] : along) {
+    EXPECT_TRUE(p == last || p == last + 1);
+    last = p;
+  }
+  EXPECT_EQ(last, 22);
+}
+
+// --- chains ------------------------------------------------------------------------------------------------------------
+
+GlobalIndex largest_run(const std::vector<GlobalIndex>& loads, const Cuts& cuts) {
+  GlobalIndex largest = 0;
+  for (std::size_t p = 0; p + 1 < cuts.size(); ++p)
+    largest = std::max(largest, std::accumulate(loads.begin() + cuts[p], loads.begin() + cuts[p + 1], GlobalIndex{0}));
+  return largest;
+}
+
+// The smallest largest load over all ways to cut loads[from ..] into n_parts runs of at least one.
+GlobalIndex best_largest_run(const std::vector<GlobalIndex>& loads, int from, int n_parts) {
+  const int n = static_cast<int>(loads.size());
+  if (n_parts == 1) return std::accumulate(loads.begin() + from, loads.end(), GlobalIndex{0});
+  GlobalIndex best = std::numeric_limits<GlobalIndex>::max(), run = 0;
+  for (int to = from + 1; to <= n - (n_parts - 1); ++to) {
+    run += loads[to - 1];
+    best = std::min(best, std::max(run, best_largest_run(loads, to, n_parts - 1)));
+  }
+  return best;
+}
+
+TEST(CutChain, IsAsGoodAsTryingAllCuts) {
+  std::mt19937 random(11);
+  for (int trial = 0; trial < 400; ++trial) {
+    std::vector<GlobalIndex> loads(1 + random() % 11);
+    for (GlobalIndex& load : loads) load = random() % 4 == 0 ? 0 : random() % 900;
+    const int n_parts = 1 + static_cast<int>(random() % loads.size());
+    const Cuts cuts = cut_chain(loads, n_parts);
+    ASSERT_EQ(cuts.size(), static_cast<std::size_t>(n_parts) + 1);
+    EXPECT_EQ(cuts.front(), 0);
+    EXPECT_EQ(cuts.back(), static_cast<int>(loads.size()));
+    for (int p = 0; p < n_parts; ++p) EXPECT_LT(cuts[p], cuts[p + 1]);
+    EXPECT_EQ(largest_run(loads, cuts), best_largest_run(loads, 0, n_parts)) << "trial " << trial;
+  }
+}
+
+TEST(CutChain, RunsAreAsEqualAsTheLargestAllows) {
+  EXPECT_EQ(cut_chain(std::vector<GlobalIndex>(12, 1'000'000'000'000), 4), (Cuts{0, 3, 6, 9, 12}));
+  // The last element is the largest run whatever the others do: they go towards thirds of the total.
+  EXPECT_EQ(cut_chain({1, 1, 1, 1, 1, 1, 1, 1, 1, 9}, 3), (Cuts{0, 6, 9, 10}));
+}
+
+// --- maps of owners ---------------------------------------------------------------------------------------------------
+
+TEST(FreePartition, EveryTileHasAnOwnerAndEveryRankWork) {
+  for (const NamedLoad& named : loads_of_all_kinds())
+    for (const PartitionMethod method : free_methods)
+      for (const int n_ranks : {1, 2, 3, 7, 16, 30, 64}) {
+        SCOPED_TRACE(testing::Message() << named.name << ", " << named.grid.n_cells[2] << " cells along z, method "
+                                        << static_cast<int>(method) << ", " << n_ranks << " ranks");
+        const Partition partition = make_partition(named.grid, by(method), named.load, n_ranks);
+        ASSERT_EQ(partition.map.n_ranks(), n_ranks);
+        ASSERT_EQ(partition.map.n_tiles(), named.grid.n_tiles());
+        expect_owners_in_range(partition.map);
+        ASSERT_GE(named.load.size(), static_cast<std::size_t>(n_ranks));
+        EXPECT_EQ(n_without_load(partition, named.load), 0);
+        // Whole tiles: no method can promise less than the mean and one tile; 2 % is where METIS' parts stop.
+        const GlobalIndex heaviest = *std::max_element(named.load.weight.begin(), named.load.weight.end());
+        const double tile = static_cast<double>(heaviest) * n_ranks / static_cast<double>(named.load.total());
+        EXPECT_LT(uneven(partition, named.load), 1.02 + tile);
+      }
+}
+
+TEST(FreePartition, AnEmptyTileJoinsANearestLoadedOne) {
+  const GridGeometry grid = grid_of_cells({60, 28, 12});
+  std::vector<GlobalIndex> counts(static_cast<std::size_t>(grid.n_tiles()), 0);
+  const TileIndex left = grid.tile_index({1, 4, 1}), right = grid.tile_index({12, 2, 3});
+  counts[left] = counts[right] = 100;
+  const Partition partition = make_partition(grid, by(PartitionMethod::hilbert), tile_load(counts), 2);
+  ASSERT_NE(partition.map.owner(left), partition.map.owner(right));
+  for (TileIndex tile = 0; tile < grid.n_tiles(); ++tile) {
+    const auto steps_to = [&](TileIndex other) {
+      const Int3 a = grid.tile_coordinates(tile), b = grid.tile_coordinates(other);
+      return std::abs(a[0] - b[0]) + std::abs(a[1] - b[1]) + std::abs(a[2] - b[2]);
+    };
+    if (steps_to(left) < steps_to(right)) {
+      EXPECT_EQ(partition.map.owner(tile), partition.map.owner(left));
+    }
+    if (steps_to(left) > steps_to(right)) {
+      EXPECT_EQ(partition.map.owner(tile), partition.map.owner(right));
+    }
+  }
+}
+
+TEST(FreePartition, AutomaticIsTheFastestOfAllOrBoxesThatAreNearlyAsFast) {
+  CostModel cost;
+  std::map<PartitionMethod, int> n_chosen;
+  int n_rebalanced = 0;
+  for (const double message : {0.0, 2000.0, 1e6})
+    for (const NamedLoad& named : loads_of_all_kinds())
+      for (const int n_ranks : {2, 9, 40}) {
+        cost.message = message;
+        const auto time = [&](const Partition& partition) {
+          return predicted_step(predict_traffic(named.grid, partition.map, named.load), cost);
+        };
+        PartitionNotes notes;
+        const Partition chosen =
+            make_partition(named.grid, by(PartitionMethod::automatic), named.load, n_ranks, nullptr, cost, &notes);
+        ++n_chosen[notes.method];
+        n_rebalanced += notes.rebalanced;
+        const double slack = notes.method == PartitionMethod::ranges ? 1.02 : 1.0;
+        for (const PartitionMethod method : {PartitionMethod::ranges, PartitionMethod::hilbert, PartitionMethod::metis}) {
+          const double other = time(make_partition(named.grid, by(method), named.load, n_ranks, nullptr, cost));
+          EXPECT_LE(time(chosen), slack * other);
+          if (method == notes.method) {
+            EXPECT_EQ(time(chosen) < other, notes.rebalanced);
+            EXPECT_LE(time(chosen), other);
+          }
+        }
+      }
+  EXPECT_EQ(n_chosen.size(), 3u) << "the cases leave a method without a chance";
+  EXPECT_EQ(n_chosen.count(PartitionMethod::automatic), 0u);
+  EXPECT_GT(n_rebalanced, 0);
+  EXPECT_LT(n_rebalanced, n_chosen[PartitionMethod::ranges]) << "no case where the boxes are the best as they are";
+}
+
+TEST(FreePartition, MoreRanksThanLoadedTiles) {
+  const GridGeometry grid = grid_of_cells({28, 28, 28});
+  std::vector<GlobalIndex> counts(static_cast<std::size_t>(grid.n_tiles()), 0);
+  counts[7] = 10, counts[130] = 20, counts[400] = 30;
+  const TileLoad load = tile_load(counts);
+  for (const PartitionMethod method : free_methods) {
+    const Partition partition = make_partition(grid, by(method), load, 8);
+    EXPECT_EQ(n_without_load(partition, load), 5);  // each loaded tile has a rank of its own
+    expect_owners_in_range(partition.map);
+  }
+  const Partition chosen = make_partition(grid, by(PartitionMethod::automatic), load, 8);
+  expect_owners_in_range(chosen.map);
+}
+
+TEST(FreePartition, NoLoadAtAllAndOneTile) {
+  const GridGeometry empty = grid_of_cells({28, 28, 28}), one = grid_of_cells({4, 4, 4}, {true, true, true});
+  ASSERT_EQ(one.n_tiles(), 1);
+  for (const PartitionMethod method : {PartitionMethod::hilbert, PartitionMethod::metis, PartitionMethod::automatic}) {
+    const Partition nothing = make_partition(empty, by(method), {}, 8);
+    EXPECT_EQ(nothing.map, map_of_boxes(empty, *nothing.boxes));
+    const Partition single = make_partition(one, by(method), tile_load(std::vector<GlobalIndex>{9}), 1);
+    EXPECT_EQ(single.map, TileMap(1, {0}));
+  }
+}
+
+TEST(FreePartition, WeightsBeyond32Bits) {
+  const GridGeometry grid = grid_of_cells({76, 76, 76});
+  TileLoad load = tile_load(ball_load(grid));
+  const Partition light = make_partition(grid, by(PartitionMethod::metis), load, 12);
+  for (GlobalIndex& weight : load.weight) weight = 1'000'000'000'000'000;
+  for (const PartitionMethod method : free_methods) {
+    PartitionNotes notes;
+    const Partition partition = make_partition(grid, by(method), load, 12, nullptr, {}, &notes);
+    EXPECT_EQ(notes.method, method);
+    EXPECT_EQ(n_without_load(partition, load), 0);
+    EXPECT_LT(uneven(partition, load), 1.03);
+  }
+  EXPECT_LT(uneven(light, load), 1.03);
+}
+
+TEST(FreePartition, AnUnchangedLoadStaysWhereItIs) {
+  for (const NamedLoad& named : loads_of_all_kinds())
+    for (const PartitionMethod method : {PartitionMethod::hilbert, PartitionMethod::metis, PartitionMethod::automatic})
+      for (const int n_ranks : {2, 12, 40}) {
+        const Partition present = make_partition(named.grid, by(method), named.load, n_ranks);
+        const Partition again = make_partition(named.grid, by(method), named.load, n_ranks, &present);
+        EXPECT_EQ(n_moved(present.map, again.map, named.load), 0) << named.name << ", " << n_ranks << " ranks";
+        EXPECT_EQ(again.boxes, present.boxes);
+      }
+}
+
+TEST(FreePartition, PartsKeepTheNumberOfTheirLargestOverlap) {
+  const GridGeometry grid = grid_of_cells({124, 60, 60});
+  const TileLoad load = tile_load(ball_load(grid));
+  Partition present = make_partition(grid, by(PartitionMethod::hilbert), load, 6);
+  std::set<TileIndex> astray;
+  for (std::size_t t = 0; t < load.size(); t += 17) astray.insert(load.tile[t]);
+  present.map = map_by(grid, 6, [&](TileIndex tile) {  // the same parts under other numbers, and a few tiles astray
+    return astray.count(tile) > 0 ? 0 : (present.map.owner(tile) + 2) % 6;
+  });
+  const Partition again = make_partition(grid, by(PartitionMethod::hilbert), load, 6, &present);
+  EXPECT_GT(n_moved(present.map, again.map, load), 0);
+  EXPECT_LE(n_moved(present.map, again.map, load), 512 * static_cast<GlobalIndex>(load.size() / 17 + 1));
+}
+
+// --- METIS' answers ----------------------------------------------------------------------------------------------------
+
+using Parts = std::optional<std::vector<std::int32_t>>;
+
+class MetisAnswer : public testing::Test {
+ protected:
+  GridGeometry grid = grid_of_cells({60, 60, 60});
+  TileLoad load = tile_load(ball_load(grid));
+  TileGraph graph = tile_graph(grid, load);
+
+  std::string fault_of(GraphPartitioner partitioner, int n_parts = 4) {
+    std::string fault;
+    const Parts part = graph_parts(graph, load, n_parts, fault, partitioner);
+    EXPECT_EQ(part.has_value(), fault.empty());
+    return fault;
+  }
+};
+
+Parts slabs(const TileGraph& graph, const std::vector<std::int32_t>&, int n_parts) {
+  std::vector<std::int32_t> part;
+  for (std::int32_t t = 0; t < graph.size(); ++t)
+    part.push_back(static_cast<std::int32_t>(GlobalIndex{t} * n_parts / graph.size()));
+  return part;
+}
+
+TEST_F(MetisAnswer, IsTakenIfItWillDo) { EXPECT_EQ(fault_of(slabs), ""); }
+
+TEST_F(MetisAnswer, Error) {
+  EXPECT_EQ(fault_of([](const TileGraph&, const std::vector<std::int32_t>&, int) { return Parts{}; }),
+            "it reports an error");
+}
+
+TEST_F(MetisAnswer, EmptyPart) {
+  const GraphPartitioner without_the_last = [](const TileGraph& g, const std::vector<std::int32_t>& w, int n) {
+    return slabs(g, w, n - 1);
+  };
+  EXPECT_EQ(fault_of(without_the_last), "it leaves 1 of 4 parts empty");
+}
+
+TEST_F(MetisAnswer, PartOutOfRange) {
+  const GraphPartitioner above = [](const TileGraph& g, const std::vector<std::int32_t>& w, int n) {
+    Parts part = slabs(g, w, n);
+    part->back() = n;
+    return part;
+  };
+  const GraphPartitioner below = [](const TileGraph& g, const std::vector<std::int32_t>& w, int n) {
+    Parts part = slabs(g, w, n);
+    part->front() = -1;
+    return part;
+  };
+  EXPECT_EQ(fault_of(above), "it names a part 4 of 4");
+  EXPECT_EQ(fault_of(below), "it names a part -1 of 4");
+}
+
+TEST_F(MetisAnswer, ScatteredParts) {
+  const GraphPartitioner in_turn = [](const TileGraph& g, const std::vector<std::int32_t>&, int n) {
+    std::vector<std::int32_t> part;
+    for (std::int32_t t = 0; t < g.size(); ++t) part.push_back(t * 7919 % 101 % n);
+    return Parts(part);
+  };
+  const std::string fault = fault_of(in_turn, 12);
+  EXPECT_EQ(fault.substr(0, 17), "its 12 parts are ") << fault;
+}
+
+// From 8e7 tiles on, which is 4e10 particles, eight to a cell.
+TEST_F(MetisAnswer, IsNotAskedForWhatItCannotNumber) {
+  const GraphPartitioner fails = [](const TileGraph&, const std::vector<std::int32_t>&, int) { return Parts{}; };
+  graph.first.back() = std::numeric_limits<std::int32_t>::max();
+  EXPECT_EQ(fault_of(fails), "it reports an error");  // was asked
+  graph.first.back() += 1;
+  EXPECT_EQ(fault_of(fails),
+            std::to_string(load.size()) + " tiles have 2147483648 neighbours, more than it numbers in 32 bits");
+}
+
+TEST_F(MetisAnswer, WeightsFitIn32BitsTogether) {
+  for (GlobalIndex& weight : load.weight) weight = 900'000'000'000'000 + weight;
+  fault_of([](const TileGraph& g, const std::vector<std::int32_t>& weights, int n) {
+    GlobalIndex total = 0;
+    for (const std::int32_t weight : weights) {
+      EXPECT_GT(weight, 1000);
+      total += weight;
+    }
+    EXPECT_LT(total, GlobalIndex{1} << 31);
+    EXPECT_GT(total, GlobalIndex{1} << 29);  // nor is precision given away
+    return slabs(g, weights, n);
+  });
+}
+
+TEST_F(MetisAnswer, TooFewTilesFallBackToTheCurveWithAWarning) {
+  const int n_ranks = 90;  // three tiles each, roughly
+  PartitionNotes notes;
+  const Partition partition = make_partition(grid, by(PartitionMethod::metis), load, n_ranks, nullptr, {}, &notes);
+  EXPECT_EQ(notes.method, PartitionMethod::hilbert);
+  ASSERT_EQ(notes.warnings.size(), 1u);
+  const std::string expected = "METIS cannot divide the tiles (" + std::to_string(load.size()) +
+                               " tiles hold particles, fewer than 4 for each of " + std::to_string(n_ranks) +
+                               " ranks); they are cut along a Hilbert curve";
+  EXPECT_EQ(notes.warnings[0], expected);
+  EXPECT_EQ(partition.map, make_partition(grid, by(PartitionMethod::hilbert), load, n_ranks).map);
+}
+
+// --- graph of the tiles ------------------------------------------------------------------------------------------------
+
+TEST(TileGraphTest, TilesTouchByFacesEdgesAndCornersAlsoAroundAnAxis) {
+  GridGeometry grid = grid_of_cells({12, 12, 8}, {true, true, true});  // 3 x 3 x 2 tiles: all touch all
+  const TileLoad all = tile_load(std::vector<GlobalIndex>(18, 1));
+  const TileGraph graph = tile_graph(grid, all);
+  for (std::int32_t t = 0; t < 18; ++t) EXPECT_EQ(graph.first[t + 1] - graph.first[t], 17);  // each once
+
+  grid = grid_of_cells({28, 28, 28});
+  std::vector<GlobalIndex> counts(static_cast<std::size_t>(grid.n_tiles()), 0);
+  for (const Int3 tile : {Int3{3, 3, 3}, Int3{3, 3, 4}, Int3{3, 4, 4}, Int3{4, 4, 4}, Int3{6, 6, 6}})
+    counts[grid.tile_index(tile)] = 1;
+  const TileGraph few = tile_graph(grid, tile_load(counts));
+  EXPECT_EQ(few.first, (std::vector<GlobalIndex>{0, 3, 6, 9, 12, 12}));
+  EXPECT_EQ(std::vector<std::int32_t>(few.shared.begin(), few.shared.begin() + 3), (std::vector<std::int32_t>{32, 16, 8}));
+  EXPECT_EQ(n_pieces(few, {0, 0, 0, 0, 0}), 2);
+  EXPECT_EQ(n_pieces(few, {0, 1, 0, 1, 0}), 3);
+}
+
+// --- diffusion ---------------------------------------------------------------------------------------------------------
+
+double uneven(const std::vector<std::int32_t>& part, const TileLoad& load, int n_parts) {
+  std::vector<GlobalIndex> of_part(static_cast<std::size_t>(n_parts), 0);
+  for (std::size_t t = 0; t < part.size(); ++t) of_part[part[t]] += load.weight[t];
+  return imbalance(of_part);
+}
+
+int n_different(const std::vector<std::int32_t>& a, const std::vector<std::int32_t>& b) {
+  int n = 0;
+  for (std::size_t t = 0; t < a.size(); ++t) n += a[t] != b[t];
+  return n;
+}
+
+TEST(Diffused, NeverMakesTheLargestLoadLarger) {
+  std::mt19937 random(3);
+  for (const NamedLoad& named : loads_of_all_kinds()) {
+    const TileGraph graph = tile_graph(named.grid, named.load);
+    for (const int n_parts : {2, 5, 24}) {
+      std::vector<std::int32_t> start(named.load.size());
+      for (std::size_t t = 0; t < start.size(); ++t)  // slabs of uneven thickness, and some tiles astray
+        start[t] = random() % 50 == 0 ? random() % n_parts
+                                      : n_parts - 1 - static_cast<int>(std::sqrt(t * n_parts * n_parts / start.size()));
+      const std::vector<std::int32_t> part = diffused(graph, named.load, start, n_parts, 1.02);
+      EXPECT_LE(uneven(part, named.load, n_parts), uneven(start, named.load, n_parts)) << named.name;
+      for (int p = 0; p < n_parts; ++p) {
+        EXPECT_TRUE(std::count(part.begin(), part.end(), p) > 0 || std::count(start.begin(), start.end(), p) == 0);
+      }
+      EXPECT_EQ(part, diffused(graph, named.load, start, n_parts, 1.02));
+    }
+  }
+}
+
+TEST(Diffused, EvensOutSlabsOfABall) {
+  const GridGeometry grid = grid_of_cells({124, 124, 124});
+  const TileLoad load = tile_load(ball_load(grid));
+  const TileGraph graph = tile_graph(grid, load);
+  for (const int n_parts : {4, 16}) {
+    std::vector<std::int32_t> slab(load.size());
+    const Int3 first = grid.tile_coordinates(load.tile.front()), last = grid.tile_coordinates(load.tile.back());
+    for (std::size_t t = 0; t < slab.size(); ++t)
+      slab[t] = (grid.tile_coordinates(load.tile[t])[0] - first[0]) * n_parts / (last[0] - first[0] + 1);
+    ASSERT_GT(uneven(slab, load, n_parts), 1.4);
+    EXPECT_LT(uneven(diffused(graph, load, slab, n_parts, 1.02), load, n_parts), 1.05);
+  }
+}
+
+// Nodes shared across borders of parts.
+GlobalIndex border(const TileGraph& graph, const std::vector<std::int32_t>& part) {
+  GlobalIndex sum = 0;
+  for (std::int32_t t = 0; t < graph.size(); ++t)
+    for (std::int32_t e = graph.first[t]; e < graph.first[t + 1]; ++e)
+      if (part[graph.neighbour[e]] != part[t]) sum += graph.shared[e];
+  return sum / 2;
+}
+
+// With a few tiles a part even loads are out of reach; flows that try for them shift every border.
+TEST(Diffused, HardlyLengthensBordersOfPartsOfFewTiles) {
+  const GridGeometry grid = grid_of_cells({124, 124, 124});
+  TileLoad load = tile_load(ball_load(grid));
+  for (std::size_t t = 0; t < load.size(); ++t) load.weight[t] = 100 + static_cast<GlobalIndex>(t) * 7919 % 413;
+  const TileGraph graph = tile_graph(grid, load);
+  for (const int n_parts : {100, 160}) {
+    std::string fault;
+    const Parts before = graph_parts(graph, load, n_parts, fault);
+    ASSERT_TRUE(before) << fault;
+    ASSERT_GT(uneven(*before, load, n_parts), 1.1);
+    const std::vector<std::int32_t> after = diffused(graph, load, *before, n_parts, 1.02);
+    EXPECT_LT(uneven(after, load, n_parts), uneven(*before, load, n_parts) - 0.03);
+    EXPECT_LT(static_cast<double>(border(graph, after)), 1.01 * static_cast<double>(border(graph, *before)));
+  }
+}
+
+TEST(Diffused, MovesFewTilesAfterASmallChange) {
+  const GridGeometry grid = grid_of_cells({124, 124, 124});
+  TileLoad load = tile_load(ball_load(grid));
+  const TileGraph graph = tile_graph(grid, load);
+  std::string fault;
+  const Parts before = graph_parts(graph, load, 16, fault);
+  ASSERT_TRUE(before) << fault;
+  EXPECT_EQ(diffused(graph, load, *before, 16, 1.02), *before);  // even enough as it is
+  for (std::size_t t = 0; t < load.size(); ++t)
+    if ((*before)[t] == 5) load.weight[t] += load.weight[t] / 5;
+  ASSERT_GT(uneven(*before, load, 16), 1.15);
+  const std::vector<std::int32_t> after = diffused(graph, load, *before, 16, 1.02);
+  EXPECT_LE(uneven(after, load, 16), 1.02);
+  EXPECT_LT(n_different(*before, after), static_cast<int>(load.size()) / 20);
+}
+
+TEST(Rebalanced, KeepsTheOwnersAndMovesLittle) {
+  const GridGeometry grid = grid_of_cells({124, 124, 124});
+  TileLoad load = tile_load(ball_load(grid));
+  const Partition present = make_partition(grid, by(PartitionMethod::metis), load, 16);
+  for (std::size_t t = 0; t < load.size(); ++t)
+    if (present.map.owner(load.tile[t]) == 5) load.weight[t] += load.weight[t] / 5;
+  const Partition after = rebalanced(grid, load, present)[0];
+  EXPECT_EQ(after.boxes, present.boxes);
+  EXPECT_LE(uneven(after, load), 1.02);
+  EXPECT_GT(uneven(present, load), 1.15);
+  EXPECT_LT(n_moved(present.map, after.map, load), 512 * static_cast<GlobalIndex>(load.size()) / 20);
+}
+
+}  // namespace
+}  // namespace bulkley
