@@ -7,7 +7,6 @@
 
 #include "bulkley/base/types.hpp"
 #include "parallel/phases.hpp"
-#include "parallel/phases.hpp"
 
 namespace bulkley {
 

@@ -27,8 +27,7 @@ std::tuple<GlobalIndex, GlobalIndex> cost_of(const FieldLayout& layout, const In
     n[a] = (layout.n_nodes(axis) + n_boxes[a] - 1) / n_boxes[a];
   }
   GlobalIndex faces = 0;
-  for (std::size_t a = 0; a < 3; ++a)
-    faces += std::min(n_boxes[a] - 1, 2) * n[(a + 1) % 3] * n[(a + 2) % 3];
+  for (std::size_t a = 0; a < 3; ++a) faces += std::min(n_boxes[a] - 1, 2) * n[(a + 1) % 3] * n[(a + 2) % 3];
   return {n[0] * n[1] * n[2], faces};
 }
 

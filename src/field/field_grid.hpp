@@ -40,7 +40,7 @@ inline FieldLayout node_fields(const GridGeometry& geometry) { return {.geometry
 /// thinner than the stencil is wide. Where so many boxes cannot be cut, as for 67 ranks and 40 x 40 x 40 nodes, the last
 /// ranks have none.
 struct FieldBoxes {
-  Int3 n_boxes{1, 1, 1};  ///< along each axis; rank (a n_boxes[1] + b) n_boxes[2] + c has box (a, b, c)
+  Int3 n_boxes{1, 1, 1};                   ///< along each axis; rank (a n_boxes[1] + b) n_boxes[2] + c has box (a, b, c)
   std::array<std::vector<int>, 3> starts;  ///< along each axis: the first node of each box, from 0, and one past the last
 
   int n_ranks() const { return n_boxes[0] * n_boxes[1] * n_boxes[2]; }

@@ -20,7 +20,7 @@ Stepper::Stepper(const Comm& comm, const std::string& scene_text, const std::str
     : parts_(new Parts{comm, parse_scene(scene_text, file_name, overrides), nullptr, {}}) {
   Scene& scene = parts_->scene;
   load_meshes(comm, scene, MeshesOf::everything);
-  check_bodies(scene, shared_counter(comm));
+  check_bodies(scene, shared_survey(comm));
   check_colliders(scene);
   parts_->solver = start_solver(comm, scene);
   const std::string fault = fixed_step_fault(scene.time_stepping, scene.grid.cell_size, parts_->solver->bounds());

@@ -41,7 +41,8 @@ struct Particles {
   }
   std::vector<double> deposit() const {
     std::vector<double> pool(static_cast<std::size_t>(step.layout.n_nodes()), 99.0);
-    scalar_deposit(grid(), step.layout, step.particles, step.map, q.data(), largest(), step.bounds.cell_count, pool.data());
+    scalar_deposit(grid(), step.layout, step.particles, step.map, q.data(), largest(), step.map.largest_count(),
+                   pool.data());
     return pool;
   }
   struct Gathered {
@@ -94,7 +95,7 @@ TEST(ScalarDeposit, NodesReceiveWhatTheReferenceGivesThem) {
         ++n_addends[e.node];
       }
     const std::vector<double> found = run.deposit();
-    const double quantum = rounding_quantum(scalar_sum_bound(order, run.largest(), run.step.bounds.cell_count));
+    const double quantum = rounding_quantum(scalar_sum_bound(order, run.largest(), run.step.map.largest_count()));
     const std::vector<std::size_t> at = run.pool_node();
     int n_reached = 0;
     for (std::size_t n = 0; n < expected.size(); ++n) {
@@ -151,7 +152,7 @@ TEST(ScalarDeposit, TheBoundHolds) {
     const Particles run(order, 5000);
     const ReferenceMpm reference = run.reference();
     std::vector<double> total(reference.nodes.size(), 0.0);
-    const double bound = scalar_sum_bound(order, run.largest(), run.step.bounds.cell_count);
+    const double bound = scalar_sum_bound(order, run.largest(), run.step.map.largest_count());
     for (std::size_t p = 0; p < run.q.size(); ++p)
       for (const ReferenceMpm::Entry& e : reference.stencil(reference.particles[p].x)) {
         total[e.node] += e.w * run.largest();
