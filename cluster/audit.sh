@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Everything that looks for faults without being asked about physics: strict warnings and internal checks, sanitizers, leaks,
+# All checks of the code that are independent of the physics: strict warnings and internal checks, sanitizers, leaks,
 # clang-tidy. Hours on two cores; parts by name.
 #
 #   cluster/audit.sh [audit] [sanitize] [leaks] [tidy]
@@ -19,7 +19,7 @@ for part in "${parts[@]}"; do
   case "$part" in
     audit | sanitize | tidy) cmake --workflow --preset "$part" ;;
     leaks)
-      # One process without MPI: Open MPI and PETSc keep memory to the end by design, which says nothing about ours.
+      # One process without MPI: Open MPI and PETSc keep memory until exit by design, which hides leaks of Bulkley.
       cmake --preset sanitize
       for module in base config material particle kernel rheometer; do
         cmake --build build-sanitize --target "unit_$module"

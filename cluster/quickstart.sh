@@ -22,5 +22,5 @@ Done.
   Picture of the last frame:  $root/$output/last.png
   Open in ParaView:           $root/$output/frames.xdmf   (choose a reader if asked: Xdmf3 Reader S)
   Time series of the run:     $root/$output/history.csv
-Next: docs/tutorial.md goes on from here; cluster/test.sh runs all tests.
+Next: continue with docs/tutorial.md; cluster/test.sh runs all tests.
 END

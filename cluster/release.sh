@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# Makes the source archive of a release, bulkley-VERSION.tar.gz with its SHA-256 beside it. The same commit gives the same bytes.
+# Makes the source archive of a release, bulkley-VERSION.tar.gz and its SHA-256. The same commit gives the same bytes.
 #
 #   cluster/release.sh [--snapshot] [--check] [FOLDER]      FOLDER: where to, default: out
 #
-# --snapshot: of any commit, named by it: no heading in CHANGELOG.md is asked for, and changes that are not committed are left out.
+# --snapshot: of any commit, named by it: needs no heading in CHANGELOG.md, and ignores changes that are not committed.
 # --check: unpacks the archive elsewhere, builds it and runs all of its tests there, as its user would.
 set -euo pipefail
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds, runs the long versions of the verification cases, an hour or two on two cores, and
-# writes docs/verification.md and its pictures. The page is written even where a case misses a gate, and says so; the exit
+# writes docs/verification.md and its pictures. The page is written even if a case fails, which it reports; the exit
 # code is then ctest's. Further arguments go to ctest: `cluster/verify.sh -R slump` runs one case again and
 # keeps the results of the others.
 set -euo pipefail

@@ -1,15 +1,15 @@
 # Shell functions of the job scripts in cluster/jobs/slurm and cluster/jobs/pbs: whether a part of a run starts or continues, how long
-# it may take, and whether another part must follow. To be sourced by bash, not run. docs/clusters.md tells what they do.
+# it may take, and whether another part must follow. To be sourced by bash, not run. docs/clusters.md describes them.
 #
 # A job script sets
 #   folder        output folder of the run (bulkley run --out)
 #   reserve       s of the job's time limit that are kept for starting, stopping and the batch system's coarse clock
 #   max_walltime  optional: the bound of a part as bulkley takes it ("1h55m"), instead of the time limit less the reserve
 #   after, script for PBS: what to submit when the run is finished, and what to submit for the next part
-# and then says
+# and then calls
 #   begin_part slurm          # or pbs; ends the job if nothing can or need be done, else sets the array part_options
 #   srun ... bulkley run SCENE --out "$folder" "${part_options[@]}"
-#   end_part $?               # ends the job, after it has asked for the next part if one must follow
+#   end_part $?               # ends the job, after requesting the next part if one must follow
 #
 # The job's exit code is 0 if and only if the run is finished, so that --dependency=afterok works.
 
@@ -26,7 +26,7 @@ give_up() {
   exit "$code"
 }
 
-# --- what the output folder says --------------------------------------------------------------------------------------
+# --- state of the output folder ---------------------------------------------------------------------------------------
 
 # Value of a key of status.json, which holds one key a line; nothing if there is none. Compute nodes need not have Python.
 status_value() {
@@ -48,7 +48,7 @@ last_job() { [[ ! -f "$folder/parts.txt" ]] || awk 'END {print $6}' "$folder/par
 of_chain() { [[ ! -f "$folder/parts.txt" ]] || awk -v chain="$chain" '$4 == chain' "$folder/parts.txt"; }
 n_parts() { of_chain | wc -l; }
 
-# How many parts of this chain, counted back from the last, began at step $1, where we stand now, or later: in vain.
+# How many parts of this chain, counted back from the last, began at the present step $1 or later: without progress.
 n_fruitless() { of_chain | awk -v now="$1" '{n = ($8 >= now) ? n + 1 : 0} END {print n + 0}'; }
 
 # One part may be lost with its node before its first checkpoint; two in a row have another cause.
@@ -56,7 +56,7 @@ expect_progress() {
   (($(n_fruitless "$1") < 2)) || give_up 1 "two parts in a row were ended and got no further than step $1: no third one"
 }
 
-# --- what the batch system says ---------------------------------------------------------------------------------------
+# --- the batch system -------------------------------------------------------------------------------------------------
 
 # Seconds of [DAYS-][HOURS:]MINUTES:SECONDS; nothing for words such as UNLIMITED.
 seconds_of() {
@@ -69,11 +69,11 @@ seconds_of() {
 
 slurm_seconds_left() { seconds_of "$(squeue --noheader --jobs "$job_id" --format %L | tr -d ' ')"; }
 slurm_is_running() { [[ "$(squeue --noheader --jobs "$1" --format %T 2>/dev/null)" == RUNNING ]]; }
-# Under the same id, so that jobs which depend on it go on waiting. Slurm ends this script, and starts it anew about two
+# Under the same id, so that dependent jobs continue to wait. Slurm ends this script, and starts it again about two
 # minutes later.
 slurm_next_part() { scontrol requeue "$job_id"; }
 
-# Torque and OpenPBS tell the limit, and not reliably what is left of it; this script has begun with the job, or nearly.
+# Torque and OpenPBS report the limit, but not reliably the time left; this script has begun with the job, or nearly.
 pbs_seconds_left() {
   local limit
   limit="$(seconds_of "$(qstat -f "$job_id" | sed -n 's/^ *Resource_List.walltime = //p')")"
@@ -109,7 +109,7 @@ choose_start() {
       # Killed before its first checkpoint, and begun by such a job: nothing in there can be continued.
       running | "") part_options=(--overwrite) ;;
     esac
-  fi  # else bulkley refuses a folder that is in use, and says what can be done
+  fi  # else bulkley refuses a folder that is in use, and prints what can be done
 }
 
 # Adds --max-walltime to part_options.
@@ -137,7 +137,7 @@ begin_part() {
   local earlier
   earlier="$(last_job)"
   if [[ -n "$earlier" && "$earlier" != "$job_id" ]] && "${batch}_is_running" "$earlier"; then
-    give_up 1 "job $earlier is running in $folder: two at once would spoil it"
+    give_up 1 "job $earlier is running in $folder: two at once would corrupt it"
   fi
   start_step="$(status_step)"
   if (($(n_parts) > 0)) && [[ "$(status_value state)" == failed ]]; then
@@ -183,7 +183,7 @@ end_part() {
   esac
   case "$state" in
     finished)
-      # An old status.json would say so too if the run was to be prolonged and died at once.
+      # An old status.json has the same state if a prolonged run was killed at once.
       if ((code == 0 || step > start_step)); then finish "$step"; fi
       ;;
     failed) give_up 3 "the run failed at step $step: no further part" ;;

@@ -1,4 +1,5 @@
-// `bulkley bench`: the real step on a fixed scene, phase by phase, beside a naive serial kernel timed in the same run.
+// `bulkley bench`: the real step on a fixed scene, phase by phase, compared with a naive serial kernel timed in the same
+// run.
 
 #include <fmt/format.h>
 
@@ -79,12 +80,12 @@ Command add_bench(CLI::App& app) {
   add_choice(*one_case, "--scheme", a->what.transfer.scheme);
   add_choice(*one_case, "--order", a->what.transfer.order);
   add_choice(*one_case, "--gradient", a->what.transfer.gradient);
-  one_case->add_flag("!--no-naive", a->effort.naive, "leave the naive kernel out");
-  one_case->add_flag("!--no-one-rank", a->effort.one_rank, "on several ranks: leave the same scene on one rank out");
+  one_case->add_flag("!--no-naive", a->effort.naive, "without the naive kernel");
+  one_case->add_flag("!--no-one-rank", a->effort.one_rank, "on several ranks: without the same scene on one rank");
 
   CLI::App* whole_suite = app.add_option_group("suite");
   CLI::Option* suite =
-      whole_suite->add_flag("--suite", a->suite, "measure everything that docs/performance.md promises, in several minutes");
+      whole_suite->add_flag("--suite", a->suite, "measure all bounds of docs/performance.md, in several minutes");
   whole_suite->add_flag("--small", a->suite_settings.small, "the suite with a tenth of the particles")->needs(suite);
   whole_suite->add_option("--only", a->suite_settings.parts, "parts of the suite")
       ->check(CLI::IsMember(suite_parts()))
@@ -93,7 +94,7 @@ Command add_bench(CLI::App& app) {
 
   CLI::Option* io = app.add_option("--io", a->io.folder,
                                    "instead, time checkpoints and frames of --particles particles in this "
-                                   "folder, beside a plain file");
+                                   "folder, compared with a plain file");
   io->type_name("DIR")->excludes(suite);
 
   return [a](const Comm& comm) {

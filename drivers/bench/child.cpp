@@ -47,7 +47,7 @@ std::vector<char*> pointers(std::vector<std::string>& texts) {
   return result;
 }
 
-// Waits for a child and gives what went wrong, or nothing. One that takes too long is asked to end, then killed.
+// Waits for a child and returns the error, if any. One that takes too long is terminated, then killed.
 std::string wait_for(pid_t child, double time_limit) {
   using Clock = std::chrono::steady_clock;
   const auto begin = Clock::now();

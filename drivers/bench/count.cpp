@@ -33,7 +33,7 @@ WorkTerm p2g_coefficients(const WorkCase& w) {
   double flops = weight_flops(w) + s * s;                    // and the products w_x w_y
   flops += 3 + 1 + 9;                                        // m v, dt V tau
   if (w.transfer.affine()) flops += 1 + 9;                   // a = m dx C
-  if (!bspline(w)) flops += split(w) ? 9 * 2 : 9;            // the force's share of the impulse, or its addition to a
+  if (!bspline(w)) flops += split(w) ? 9 * 2 : 9;            // the force's part of the impulse, or its addition to a
   if (!split(w)) flops += 9 * 2;                             // q = m v - a f
   if (bspline(w)) flops += derivative_flops(w) + 2 * s * s;  // and the products d_x w_y, w_x d_y
   return {"p2g, coefficients", 0.0, flops};

@@ -14,7 +14,7 @@ struct WorkTerm {
   double flops = 0.0;  ///< a fused product and sum counts as two, a division or a root as one
 };
 
-/// What the count depends on beside the transfer.
+/// What the count depends on in addition to the transfer.
 struct WorkCase {
   TransferSettings transfer;
   bool flows = false;               ///< the material has a yield surface

@@ -28,7 +28,7 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-// Columns of this rank, filled so that no two neighbouring doubles are alike.
+// Columns of this rank, filled so that no two neighbouring doubles are equal.
 ParticleSet made_up_particles(GlobalIndex first, LocalIndex n) {
   ParticleSet particles;
   particles.resize(n);

@@ -1,5 +1,6 @@
 #pragma once
-// How fast checkpoints and frames reach the disk and come back, beside one process that writes and reads as many bytes.
+// How fast checkpoints and frames reach the disk and come back, compared with one process that writes and reads as many
+// bytes.
 
 #include <string>
 
@@ -14,8 +15,8 @@ struct IoBench {
   int n_rounds = 3;
 };
 
-/// Writes and reads a checkpoint of made-up particles, and writes a frame, in turn with a plain file of the checkpoint's size
-/// (16 MiB at a time, then fsync; the caches are asked to forget it before it is read). Medians over the rounds. Throws RunError
+/// Writes and reads a checkpoint of made-up particles, and writes a frame, in turn with a plain file of the checkpoint's
+/// size (16 MiB at a time, then fsync; its caches are dropped before it is read). Medians over the rounds. Throws RunError
 /// where the folder cannot be written. Collective.
 Json bench_io(const Comm& comm, const IoBench& what);
 

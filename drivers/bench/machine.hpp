@@ -14,7 +14,7 @@ struct MachineLimits {
 /// Best of several passes over arrays far beyond the last cache (300 MiB in all), and of chains of packs in registers.
 MachineLimits measure_machine();
 
-/// Whether so many bytes, and a tenth more, could be had without swapping; true where the system does not tell.
+/// Whether so many bytes, and a tenth more, could be had without swapping; true if the system does not report it.
 bool fits_into_memory(double bytes);
 
 /// Cores that this process may run on.

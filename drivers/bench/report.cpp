@@ -35,7 +35,7 @@ Json describe(const BenchCase& what, const BenchResult& r) {
 
 void write_json(const std::string& path, const Json& object) {
   if (const auto folder = std::filesystem::path(path).parent_path(); !folder.empty()) {
-    std::error_code ignored;  // writing fails then, and says so
+    std::error_code ignored;  // writing then fails with a message
     std::filesystem::create_directories(folder, ignored);
   }
   write_text_atomically(path, json_text(object) + "\n");

@@ -1,5 +1,5 @@
 #pragma once
-// One figure of the suite, beside its bound: a line of the table and an object of the JSON.
+// One number of the suite and its bound: a line of the table and an object of the JSON.
 
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -17,10 +17,10 @@ struct Row {
   Bound bound = {};
   std::string note = {};
   Json details = Json::object();
-  std::string skip_reason = {};  ///< "skipped" or "failed", where there is no value; the note tells why
+  std::string skip_reason = {};  ///< "skipped" or "failed", where there is no value; the note gives the reason
 };
 
-/// A row that tells why there is no value.
+/// A row with the reason why there is no value.
 Row row_without_value(std::string part, std::string name, std::string skip_reason, std::string why);
 
 /// How far the figure is beyond its bound: above 1 is too far; NaN where there is no bound or no value.

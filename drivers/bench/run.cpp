@@ -101,7 +101,7 @@ double on_root_alone(const Comm& comm, const Block& work) {
 
 namespace {
 
-// What a run tells of itself, beside the times of its blocks. Collective.
+// The results of a run in addition to the times of its blocks. Collective.
 BenchResult facts_of(const Comm& comm, const BenchCase& what, BenchRun& run) {
   BenchResult facts;
   facts.n_particles = run.n_particles();

@@ -1,5 +1,5 @@
 #pragma once
-// The real step on a scene of the bench, and how it compares with what is timed beside it.
+// The real step on a scene of the bench, and its comparison with other variants.
 
 #include <functional>
 #include <limits>
@@ -58,7 +58,7 @@ std::vector<std::vector<double>> time_in_turn(int n_rounds, const std::vector<Bl
 double mean(const std::vector<double>& values);
 
 /// Runs `work` on the root while the other ranks sleep, so that they take no part of the machine; its result on the root.
-/// Collective; throws what `work` throws, alike on every rank.
+/// Collective; throws what `work` throws, on every rank.
 double on_root_alone(const Comm& comm, const Block& work);
 
 /// What one case costs. What was not measured is NaN.
@@ -77,12 +77,12 @@ struct BenchResult {
   double yielded_fraction = undefined;
   double mach_number = undefined;
   double bytes_per_particle = undefined;           ///< that all ranks came to occupy beyond the empty program
-  double forecast_bytes_per_particle = undefined;  ///< the same foretold from the scene alone
+  double forecast_bytes_per_particle = undefined;  ///< the same predicted from the scene alone
   double exchange_bytes_per_step = undefined;      ///< that the busiest rank sends
   GlobalIndex exchange_messages_per_step = 0;      ///< likewise
 };
 
-/// What to time beside the real step.
+/// What to time in addition to the real step.
 struct BenchEffort {
   int n_steps = 5 * block_steps;  ///< in blocks of block_steps
   bool naive = true;              ///< the naive kernel, on the root

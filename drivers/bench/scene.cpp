@@ -25,8 +25,8 @@ State<double> rest_state() { return {isochoric_identity<double>(), 1.0}; }
 // Speed of the fastest particle, m/s.
 double largest_speed(const Material& material) { return bench_mach_number * wave_speed_at_rest(material); }
 
-// Moves the grid by two cells at most, so that tiles meet in the middle of the ball along each axis and two, four or eight ranks
-// get equal shares: how well a partition balances is not what is measured here. A ball near its walls stays where it is.
+// Moves the grid by two cells at most, so that tiles meet in the middle of the ball along each axis and two, four or eight
+// ranks get equal parts: the balance of a partition is not measured here. A ball near its walls is not moved.
 void place_tiles(GridGeometry& grid) {
   const double margin = (0.5 - ball_radius) / grid.cell_size;  // cells between the ball and its box
   for (int a = 0; a < 3; ++a) {

@@ -154,7 +154,7 @@ void Suite::sizes_of(const std::string& material) {
     least = std::min(least, relative);
     most = std::max(most, relative);
   }
-  const std::string name = material + ", dearest over cheapest size";
+  const std::string name = material + ", max/min cost over sizes";
   if (runs.size() < 2)
     add(row_without_value("sizes", name, "skipped", "fewer than two sizes" + missing));
   else
@@ -219,7 +219,7 @@ void Suite::memory() {
       forecast_bytes = number_of(json, "forecast_bytes_per_particle");
     });
     const double ratio = measured.value / forecast_bytes;
-    const std::string name = measured.name + ", measured and foretold";
+    const std::string name = measured.name + ", measured and predicted";
     const bool has_value = measured.skip_reason.empty();
     add(std::move(measured));
     if (has_value)
@@ -228,7 +228,7 @@ void Suite::memory() {
            .value = std::max(ratio, 1.0 / ratio),
            .unit = "apart",
            .bound = bench_bounds::forecast_error,
-           .note = fmt::format("foretold {:.4g} B a particle", forecast_bytes)});
+           .note = fmt::format("predicted {:.4g} B a particle", forecast_bytes)});
   }
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// `bulkley bench --suite`: every figure that the project promises, beside its bound.
+// `bulkley bench --suite`: every number with a bound, and its bound.
 
 #include <string>
 #include <vector>

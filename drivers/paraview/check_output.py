@@ -25,8 +25,8 @@ READERS = {
 TOLERANCE = 1e-6  # relative; ParaView may keep bounds of float32 points in float32
 
 
-class Moment:
-    """One moment of a series as the HDF5 file has it."""
+class Snapshot:
+    """One time of a series, as in the HDF5 file."""
 
     def __init__(self, folder, element):
         self.time = float(element.find("Time").get("Value"))
@@ -104,9 +104,9 @@ def close(a, b):
 
 
 def check(path, faults):
-    """Compares every moment of one XDMF file under both readers; returns the number of points seen last."""
+    """Compares every time of one XDMF file in both readers; returns the number of points of the last one."""
     try:
-        moments = [Moment(path.parent, grid) for grid in ElementTree.parse(path).iter("Grid") if grid.find("Time") is not None]
+        snapshots = [Snapshot(path.parent, grid) for grid in ElementTree.parse(path).iter("Grid") if grid.find("Time") is not None]
     except ValueError as error:
         faults.append(f"{path.name}: {error}")
         return None
@@ -115,29 +115,29 @@ def check(path, faults):
         reader = make_reader(str(path.resolve()))
         reader.UpdatePipelineInformation()
         times = reader.TimestepValues if hasattr(reader.TimestepValues, "__len__") else [reader.TimestepValues]
-        if not close(times, [moment.time for moment in moments]):
-            fault(f"times are {list(times)} and should be {[moment.time for moment in moments]}")
+        if not close(times, [snapshot.time for snapshot in snapshots]):
+            fault(f"times are {list(times)} and should be {[snapshot.time for snapshot in snapshots]}")
             continue
-        for moment in moments:
-            reader.UpdatePipeline(moment.time)
+        for snapshot in snapshots:
+            reader.UpdatePipeline(snapshot.time)
             seen = reader.GetDataInformation()
-            for what, found, expected in (("points", seen.GetNumberOfPoints(), moment.n_points),
-                                          ("cells", seen.GetNumberOfCells(), moment.n_cells)):
+            for what, found, expected in (("points", seen.GetNumberOfPoints(), snapshot.n_points),
+                                          ("cells", seen.GetNumberOfCells(), snapshot.n_cells)):
                 if found != expected:
-                    fault(f"{found} {what} at time {moment.time}, should be {expected}")
-            if not close(seen.GetBounds(), moment.bounds):
-                fault(f"bounds at time {moment.time} are {seen.GetBounds()} and should be {tuple(moment.bounds)}")
-            arrays = {array.Name: array for array in (reader.CellData if moment.on_cells else reader.PointData).values()}
-            if set(arrays) != set(moment.fields):
-                fault(f"fields at time {moment.time} are {sorted(arrays)} and should be {sorted(moment.fields)}")
-            for name in set(arrays) & set(moment.fields):
+                    fault(f"{found} {what} at time {snapshot.time}, should be {expected}")
+            if not close(seen.GetBounds(), snapshot.bounds):
+                fault(f"bounds at time {snapshot.time} are {seen.GetBounds()} and should be {tuple(snapshot.bounds)}")
+            arrays = {array.Name: array for array in (reader.CellData if snapshot.on_cells else reader.PointData).values()}
+            if set(arrays) != set(snapshot.fields):
+                fault(f"fields at time {snapshot.time} are {sorted(arrays)} and should be {sorted(snapshot.fields)}")
+            for name in set(arrays) & set(snapshot.fields):
                 found = [arrays[name].GetRange(c) for c in range(arrays[name].GetNumberOfComponents())]
-                if not close(found, moment.fields[name]):
-                    expected = moment.fields[name].tolist()
-                    fault(f"the range of {name} at time {moment.time} is {found} and should be {expected}")
+                if not close(found, snapshot.fields[name]):
+                    expected = snapshot.fields[name].tolist()
+                    fault(f"the range of {name} at time {snapshot.time} is {found} and should be {expected}")
         simple.Delete(reader)
-    print(f"{path.name}: {len(moments)} moments, {moments[-1].n_points} points and {moments[-1].n_cells} cells in the last")
-    return moments[-1].n_points
+    print(f"{path.name}: {len(snapshots)} snapshots, {snapshots[-1].n_points} points and {snapshots[-1].n_cells} cells in the last")
+    return snapshots[-1].n_points
 
 
 def main():

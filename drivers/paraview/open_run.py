@@ -15,7 +15,7 @@ import sys
 
 
 def folder_of_this_script():
-    """ParaView's window runs a script as bare text: then its command line says where the script is."""
+    """ParaView's window runs a script as text without a path: then its command line contains the path."""
     if "__file__" in globals():
         return pathlib.Path(__file__).resolve().parent
     words = pathlib.Path("/proc/self/cmdline").read_text().split("\0")

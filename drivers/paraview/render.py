@@ -26,7 +26,7 @@ from rendering.look import Look  # noqa: E402
 from rendering.run_data import Reader, Series  # noqa: E402
 
 STRIP_FRAMES = 6
-# Options that stand for a key of the look.
+# Options that set a key of the look.
 SHORTHANDS = {"field": "particles.field", "colormap": "particles.colormap", "zoom": "camera.zoom"}
 
 
@@ -89,7 +89,7 @@ def look_of(options):
 
 
 def number(text):
-    """As a number if it is one; else as it is, for the look to refuse."""
+    """A number if possible; otherwise the text, which the look refuses."""
     for kind in (int, float):
         try:
             return kind(text)

@@ -27,7 +27,7 @@ void print_colliders(const Scene& scene) {
   }
 }
 
-// What stands on the disk at once: a checkpoint is whole before an older one goes.
+// Largest disk use: a checkpoint is complete before an older one is deleted.
 void print_disk(const Scene& scene, const Forecast& f) {
   const auto checkpoint = static_cast<double>(f.checkpoint_bytes), frame = static_cast<double>(f.frame_bytes);
   const auto n_frames = static_cast<double>(f.n_frames);
@@ -95,7 +95,7 @@ Command add_check(CLI::App& app) {
   };
   auto a = std::make_shared<Arguments>();
   a->scene.declare(app);
-  app.add_option("-n,--ranks", a->n_ranks, "number of ranks to predict for (default: those it runs on)")
+  app.add_option("-n,--ranks", a->n_ranks, "number of ranks to predict for (default: those that it runs on)")
       ->check(CLI::Range(1, 1 << 22))
       ->type_name("RANKS");
   return [a](const Comm& comm) {

@@ -21,7 +21,7 @@ std::string counted(std::size_t n, const char* one, const char* several) {
   return fmt::format("{} {}", n, n == 1 ? one : several);
 }
 
-/// `seeded`: m^3, NaN where particles of this mesh cannot be told from others.
+/// `seeded`: m^3, NaN where particles of this mesh cannot be distinguished from others.
 void print_mesh(const std::string& owner, const Mesh& mesh, double seeded) {
   const MeshFacts& facts = mesh.solid->facts();
   const Vec3 size = facts.upper - facts.lower;

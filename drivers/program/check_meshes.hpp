@@ -5,7 +5,7 @@
 
 namespace bulkley {
 
-/// What `check` says of the meshes of bodies and colliders; nothing if there are none. Not collective.
+/// The output of `check` for the meshes of bodies and colliders; nothing if there are none. Not collective.
 void print_meshes(const Scene& scene, const Forecast& forecast);
 
 }  // namespace bulkley

@@ -13,7 +13,7 @@
 
 namespace bulkley {
 
-/// What a subcommand does once its options are parsed. Collective; throws UsageError or RunError alike on every rank.
+/// A subcommand, called after its options are parsed. Collective; throws UsageError or RunError on every rank.
 using Command = std::function<ExitCode(const Comm&)>;
 
 Command add_run(CLI::App& app);

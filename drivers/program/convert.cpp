@@ -57,8 +57,9 @@ Command add_convert(CLI::App& app) {
       ->type_name("INPUT");
   app.add_option("--to", options->format, "vtu, vtkhdf or csv")->required()->type_name("FORMAT");
   app.add_option("--out", options->out, "file for one input, or a folder")->required()->type_name("FILE_OR_DIR");
-  app.add_option("--fields", options->fields, "fields beside the position (default: all)")->type_name("NAME,NAME...");
-  app.add_option("--region", options->region, "x0:x1,y0:y1,z0:z1 in m; ends that are left out are open")->type_name("BOX");
+  app.add_option("--fields", options->fields, "fields in addition to the position (default: all)")
+      ->type_name("NAME,NAME...");
+  app.add_option("--region", options->region, "x0:x1,y0:y1,z0:z1 in m; omitted ends are open")->type_name("BOX");
   app.add_option("--every", options->every, "about one particle in N, the same at all times, by a hash of its id")
       ->check(CLI::PositiveNumber)
       ->type_name("N");

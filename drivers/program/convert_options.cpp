@@ -123,7 +123,7 @@ std::vector<std::string> files_of(const std::string& input, const ConvertOptions
 
 std::string extension_of(ConvertFormat format) { return "." + formats[static_cast<std::size_t>(format)]; }
 
-/// ".hdf" is what ParaView 5.11 knows VTK's HDF5 files by.
+/// ".hdf" is the extension by which ParaView 5.11 recognises VTK's HDF5 files.
 bool names_file(const std::string& out, ConvertFormat format) {
   const std::string extension = fs::path(out).extension().string();
   return extension == extension_of(format) || (format == ConvertFormat::vtkhdf && extension == ".hdf");

@@ -24,7 +24,7 @@ struct ConvertJob {
   std::string input, output;
 };
 
-/// Looks for the inputs, makes the folder of the outputs, and says what goes where. To be called on one rank.
+/// Finds the inputs, creates the output folder, and assigns the output files. To be called on one rank.
 std::vector<ConvertJob> plan_conversion(const ConvertOptions& options, ConvertFormat format);
 
 /// The list of VTK files that belongs to the jobs' outputs; empty where there is to be none.

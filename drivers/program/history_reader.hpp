@@ -1,5 +1,5 @@
 #pragma once
-// history.csv read row by row, also while a run writes it: a last row that is not whole yet is left alone.
+// history.csv read row by row, also while a run writes it: an incomplete last row is ignored.
 
 #include <fstream>
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace bulkley {
 
-/// Memory: one row and a buffer, whatever the size of the table. Not collective.
+/// Memory: one row and a buffer, for any size of the table. Not collective.
 class HistoryReader {
  public:
   /// Opens `folder`/history.csv; a table that is not there has no columns and no rows.

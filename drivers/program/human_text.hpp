@@ -1,5 +1,5 @@
 #pragma once
-// Numbers as people read them. Not collective.
+// Human-readable numbers. Not collective.
 
 #include <string>
 

@@ -50,7 +50,7 @@ std::vector<PartitionMethod> methods_of(const std::string& list) {
   return methods;
 }
 
-/// What the scene's bodies put into the tiles. Counting goes in slices, so that it can say that it is at work.
+/// What the scene's bodies put into the tiles. Counting proceeds in slices, so that it can report progress.
 TileCensus count_start(const Scene& scene) {
   constexpr double patience = 2.0;  // s
   constexpr GlobalIndex n_slices = 100;
@@ -123,7 +123,8 @@ void print_task(const Scene& scene, const PartitionTask& task) {
 }
 
 ExitCode run_partition(const Comm& comm, const Arguments& arguments) {
-  if (comm.size() > 1) throw UsageError("bulkley partition runs on one rank; -n says for how many ranks it is to divide");
+  if (comm.size() > 1)
+    throw UsageError("bulkley partition runs on one rank; -n gives the numbers of ranks to partition for");
   const std::vector<int> counts = rank_counts(arguments.ranks);
   const std::vector<PartitionMethod> methods = methods_of(arguments.methods);
   const Scene scene = arguments.scene.load(comm);
@@ -145,15 +146,13 @@ ExitCode run_partition(const Comm& comm, const Arguments& arguments) {
 Command add_partition(CLI::App& app) {
   auto arguments = std::make_shared<Arguments>();
   arguments->scene.declare(app);
-  app.add_option("-n,--ranks", arguments->ranks, "numbers of ranks to divide among, such as 8,64,512")
-      ->required()
-      ->type_name("RANKS");
+  app.add_option("-n,--ranks", arguments->ranks, "numbers of ranks, such as 8,64,512")->required()->type_name("RANKS");
   app.add_option("--methods", arguments->methods, "methods to compare, such as hilbert,metis (default: all)")
       ->type_name("NAMES");
-  app.add_option("--frame", arguments->frame, "particles of this checkpoint instead of the scene's start")
+  app.add_option("--frame", arguments->frame, "particles of this checkpoint instead of the initial ones")
       ->type_name("CHECKPOINT.h5");
   app.add_option("--before", arguments->before,
-                 "an earlier checkpoint: says how many particles change ranks if the map made for it is replaced")
+                 "an earlier checkpoint: predicts how many particles change ranks if the map made for it is replaced")
       ->type_name("CHECKPOINT.h5");
   app.add_option("--csv", arguments->csv, "also write the numbers here")->type_name("FILE.csv");
   app.footer("What the columns mean: docs/partitions.md.");

@@ -88,7 +88,7 @@ std::vector<PartitionRow> rows_of(const PartitionTask& task, PartitionMethod met
     Partition partition;
     row.seconds =
         time_of([&] { partition = make_partition(task.grid, settings, task.load, n_ranks, left, task.cost, &notes); });
-    row.chosen = (notes.rebalanced ? "evened " : "") + name_of(notes.method);
+    row.chosen = (notes.rebalanced ? "rebalanced " : "") + name_of(notes.method);
     row.remarks = notes.warnings;
     describe(task, partition, row);
     if (left) row.moved = moved_part(task, *left, partition);

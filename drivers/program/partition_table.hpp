@@ -1,5 +1,5 @@
 #pragma once
-// What every method of partition makes of one distribution of particles, as a table for people and as CSV.
+// What every method of partition makes of one distribution of particles, as a human-readable table and as CSV.
 
 #include <limits>
 #include <optional>
@@ -30,7 +30,7 @@ struct PartitionTask {
 /// One method for one number of ranks.
 struct PartitionRow {
   int n_ranks = 0;
-  std::string method;  ///< that was asked for
+  std::string method;  ///< that was requested
   std::string chosen;  ///< that made the partition; empty if there is none
   std::vector<std::string> remarks;
   double load = 1.0, particles = 1.0;  ///< largest over mean
@@ -47,7 +47,7 @@ struct PartitionRow {
 /// map that is left, with few tiles moved.
 std::vector<PartitionRow> partition_rows(const PartitionTask& task, std::span<const PartitionMethod> methods, int n_ranks);
 
-/// For people: the rows of one number of ranks under a heading.
+/// Human-readable: the rows of one number of ranks under a heading.
 std::string partition_table(std::span<const PartitionRow> rows);
 
 /// Any rows, with a header that names units. A method without a partition has empty cells.

@@ -60,11 +60,11 @@ ExitCode run_command(const Comm& comm, int argc, char** argv) {
   };
   add("run", "run a scene", add_run);
   add("check", "validate a scene and predict its run, without running it", add_check);
-  add("partition", "compare ways of dividing a scene among ranks, without running it", add_partition);
-  add("info", "say what a checkpoint or frame holds and verify its checksums", add_info);
+  add("partition", "compare methods of partitioning a scene among ranks, without running it", add_partition);
+  add("info", "print the contents of a checkpoint or frame and verify its checksums", add_info);
   add("compare", "compare the particles of two checkpoints", add_compare);
   add("convert", "write particles of frames or checkpoints as VTK files or CSV tables", add_convert);
-  add("status", "say how a run stands, while it goes on or afterwards", add_status);
+  add("status", "print the progress of a run, while it runs or afterwards", add_status);
   add("report", "write a page about a run: its plots, time steps, costs, scene and pictures", add_report);
   add("rheometer", "measure a material at one point, with the solver's kernel, or fit a measured flow curve", add_rheometer);
   add("bench", "time the phases of a step on a fixed scene", add_bench);
@@ -88,7 +88,7 @@ ExitCode run_command(const Comm& comm, int argc, char** argv) {
   return ExitCode::usage;
 }
 
-// Errors that reach this point were thrown alike on every rank.
+// Errors that reach this point were thrown on every rank.
 ExitCode guarded(const Comm& comm, int argc, char** argv) {
   try {
     return run_command(comm, argc, argv);
@@ -111,7 +111,7 @@ int bulkley::run_program(int argc, char** argv) {
   setenv("HWLOC_COMPONENTS", "-gl", 0);  // 0: what the user has set stays
   remember_environment();
   if (argc > 1 && std::strcmp(argv[1], "run") == 0) watch_signals();  // others may be interrupted at once
-  // Ours stand before "--", PETSc's after it.
+  // Our options precede "--", PETSc's follow it.
   int n_ours = argc;
   for (int k = 1; k < argc; ++k)
     if (std::strcmp(argv[k], "--") == 0) {

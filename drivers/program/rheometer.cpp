@@ -136,8 +136,7 @@ NamedMaterial from_scene(const Scene& scene, const RheometerOptions& o) {
 // Collective.
 NamedMaterial chosen_material(const Comm& comm, const RheometerOptions& o) {
   if (o.scene.empty() == o.preset.empty())
-    throw UsageError(
-        "rheometer: give a scene file and --material, or --preset, or --fit; 'bulkley rheometer --help' says more");
+    throw UsageError("rheometer: give a scene file and --material, or --preset, or --fit; see 'bulkley rheometer --help'");
   if (!o.scene.empty()) return from_scene(SceneArguments{o.scene, o.overrides}.load(comm), o);
   if (!o.material.empty()) throw UsageError("--material: not with --preset, which is a material");
   if (!o.overrides.empty()) throw UsageError("--set: only with a scene file");

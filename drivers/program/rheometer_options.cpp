@@ -62,7 +62,7 @@ CLI::Option* add_number(CLI::App& app, const std::string& option, Number& target
 
 void declare_measurement(CLI::App& app, RheometerOptions& o) {
   app.add_option("scene", o.scene, "scene file that holds the material")->type_name("SCENE.toml");
-  app.add_option("--material", o.material, "name of the material in the scene; not needed where there is but one");
+  app.add_option("--material", o.material, "name of the material in the scene; not needed if there is only one");
   app.add_option("--preset", o.preset, "a material without a scene: " + preset_names());
   app.add_option("--set", o.overrides, "override a key of the scene: key.path=value; may be given several times")
       ->type_name("KEY=VALUE")
@@ -86,12 +86,12 @@ void declare_measurement(CLI::App& app, RheometerOptions& o) {
   add_number(app, "--tolerance", o.tolerance, "relative change that counts as steady (default 1e-5)");
   app.add_option("--points", o.points, "rows of a curve over time (default 200)")->check(CLI::Range(2, 100'000));
   app.add_option("--out", o.out, "write the CSV here (default: to stdout)")->type_name("FILE.csv");
-  app.add_option("--plot", o.plot, "draw it, too; needs python3 with matplotlib")->type_name("FILE.png");
+  app.add_option("--plot", o.plot, "also plot it; needs python3 with matplotlib")->type_name("FILE.png");
 }
 
 void declare_fit(CLI::App& app, RheometerOptions& o) {
   CLI::App& fit = *app.add_option_group("fit", "Herschel-Bulkley parameters from a measured flow curve");
-  fit.add_option("--fit", o.fit, "columns shear_rate (1/s), stress (Pa) and perhaps error (Pa)")->type_name("FILE.csv");
+  fit.add_option("--fit", o.fit, "columns shear_rate (1/s), stress (Pa) and optionally error (Pa)")->type_name("FILE.csv");
   fit.add_option("--weights", o.weights, "relative, uniform, or error (the file's column)")->capture_default_str();
   fit.add_option("--fix", o.fixed, "give yield_stress, consistency or flow_index instead of fitting it")
       ->type_name("NAME=VALUE")
@@ -100,7 +100,7 @@ void declare_fit(CLI::App& app, RheometerOptions& o) {
   fit.add_option("--range", o.range, "fit these shear rates only, 1/s")->type_name("LOWER:UPPER");
   fit.add_option("--name", o.name, "of the material in the printed scene (default: the file's)");
   add_number(fit, "--density", o.density, "for the printed scene, kg/m^3 (default 1000)");
-  add_number(fit, "--speed", o.speed, "largest speed that the scene will see, m/s (default 1)");
+  add_number(fit, "--speed", o.speed, "largest speed in the scene, m/s (default 1)");
 }
 
 }  // namespace

@@ -20,7 +20,7 @@ struct Arguments {
   CLI::Option* restart = nullptr;
 };
 
-// What continues the run, whatever its number of ranks; bounds of this part of it are left out, but for the wall time.
+// The command that continues the run, on any number of ranks; without limits of this part, except the wall time.
 std::string continuation(const Arguments& a, const std::string& folder) {
   std::string text = "bulkley run " + shell_word(a.scene.file);
   for (const std::string& override : a.scene.overrides) text += " --set " + shell_word(override);
@@ -37,14 +37,14 @@ Command add_run(CLI::App& app) {
   app.add_option("--out", a->options.folder, "folder for everything the run writes (default: out/NAME-OF-SCENE)")
       ->type_name("DIR");
   a->restart = app.add_option("--restart", a->options.restart_file,
-                              "continue from this checkpoint, or from the newest whole one in the output folder")
+                              "continue from this checkpoint, or from the newest complete one in the output folder")
                    ->type_name("[FILE.h5]")
                    ->expected(0, 1);
   app.add_flag("--changed-scene", a->options.changed_scene,
                "continue although the scene differs from the checkpoint's in more than title, time.end, [output], "
                "[checkpoint] and [partition]");
   app.add_option("--max-steps", a->options.max_steps, "end after this step number")->check(CLI::NonNegativeNumber);
-  app.add_option("--max-walltime", a->walltime, "stop in time with a checkpoint, exit code 4: 1h55m, 90s")
+  app.add_option("--max-walltime", a->walltime, "stop before this wall time with a checkpoint, exit code 4: 1h55m, 90s")
       ->type_name("TIME");
   app.add_flag("--overwrite", a->options.overwrite, "delete an earlier run in the output folder");
   app.add_flag("--quiet", a->options.quiet, "no progress lines");

@@ -1,5 +1,5 @@
 #pragma once
-// What the last rows of history.csv say of a run: how fast it goes, what limits its time step, whether energy is kept.
+// Evaluation of the last rows of history.csv: how fast it goes, what limits its time step, whether energy is kept.
 
 #include <string>
 #include <utility>
@@ -16,20 +16,20 @@ struct EnergyFigures {
   double sum() const { return kinetic + elastic + gravitational + dissipated; }
 };
 
-/// NaN or empty where there is no row that says it.
+/// NaN or empty if no row contains it.
 struct RunFigures {
   double step, time, dt;                                       ///< of the newest of status.json and history.csv; s
   double last_row_time;                                        ///< s, of the last row
   std::string limiter;                                         ///< of the last row
-  std::vector<std::pair<std::string, double>> limiter_shares;  ///< of the rows looked at, largest first; parts of one
-  GlobalIndex n_rows = 0;                                      ///< rows looked at: the last 4 MB
+  std::vector<std::pair<std::string, double>> limiter_shares;  ///< of the rows read, largest first; parts of one
+  GlobalIndex n_rows = 0;                                      ///< rows read: the last 4 MB
   bool all_rows = true;                                        ///< the table has no more
   double trials, accepted, rejected;                           ///< since the first step of the run
   double particles, removed, imbalance, mass, max_speed;
   EnergyFigures first, last;
   double energy_scale;                                     ///< J, that the change of the sum is measured by
   double seconds_per_step;                                 ///< s of wall time in steps, over the last 100 rows
-  double recent_steps_per_second, recent_time_per_second;  ///< the same, with the share of output that the present part had
+  double recent_steps_per_second, recent_time_per_second;  ///< the same, with the fraction of output of the present part
   double part_steps_per_second, part_time_per_second;      ///< of the whole present part, output included
 
   /// Part of the end time that is done; NaN if that is not known.

@@ -24,7 +24,7 @@ struct DiskUse {
   double total() const { return checkpoints + frames + rest; }
 };
 
-/// What status.json and the files in the folder tell. Numbers that a status.json does not hold are NaN.
+/// Contents of status.json and of the files in the folder. Numbers that are not in status.json are NaN.
 struct RunFolder {
   std::string path;
   std::string state;              ///< of RunState, or "unknown"

@@ -20,6 +20,8 @@ void SceneArguments::declare(CLI::App& app) {
 Scene SceneArguments::load(const Comm& comm, MeshesOf meshes) const {
   const std::string text = read_on_root(comm, file);
   Scene scene = parse_scene(text, file, overrides);  // the same on every rank, errors too
+  if (comm.is_root())
+    for (const std::string& warning : scene.warnings) fmt::print(stderr, "warning: {}\n", warning);
   load_meshes(comm, scene, meshes);
   return scene;
 }

@@ -41,7 +41,7 @@ bool any_runs(const std::vector<RunView>& views) {
   return std::any_of(views.begin(), views.end(), [](const RunView& view) { return view.run.running(); });
 }
 
-// Until no run says that it runs. One that was killed still does.
+// Until no run has the state running. A killed run still has it.
 void watch(const StatusArguments& a, double interval) {
   const bool on_terminal = ::isatty(STDOUT_FILENO) == 1;
   constexpr const char* clear = "\033[H\033[2J";
@@ -66,9 +66,9 @@ void watch(const StatusArguments& a, double interval) {
 
 Command add_status(CLI::App& app) {
   auto a = std::make_shared<StatusArguments>();
-  app.add_option("folders", a->folders, "output folders of runs; of several, a table with one line each")->type_name("DIR");
+  app.add_option("folders", a->folders, "output folders of runs; several: a table with one line each")->type_name("DIR");
   auto* const watch_option =
-      app.add_option("--watch", a->interval, "look again every so often, until no run goes on any more (default: 5s)")
+      app.add_option("--watch", a->interval, "repeat at this interval until all runs have ended (default: 5s)")
           ->type_name("[SECONDS]")
           ->expected(0, 1);
   app.add_flag("--json", a->json, "numbers in SI units, for programs");

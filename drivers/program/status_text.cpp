@@ -54,7 +54,7 @@ std::string left_text(const RunView& view) {
   const double seconds = view.figures.left(view.run);
   if (!std::isfinite(seconds)) return "not known yet";
   if (view.run.running() && !view.silent()) return fmt::format("{}, until {}", span_text(seconds), clock_text(seconds));
-  return fmt::format("{} once it goes on", span_text(seconds));
+  return fmt::format("{} after it continues", span_text(seconds));
 }
 
 std::string limiter_text(const RunView& view) {
@@ -131,7 +131,7 @@ std::string advice_text(const RunView& view) {
         "nothing has been written for {}: it hangs, or was killed{}{}", span_text(run.age),
         run.host.empty() ? "" : " on " + run.host,
         can_go_on ? "; if it was, continue with: " + run.continuation : "; there is no checkpoint to continue from");
-  if (run.state == "failed" && can_go_on) return "from the last checkpoint, once that is mended: " + run.continuation;
+  if (run.state == "failed" && can_go_on) return "from the last checkpoint, once that is fixed: " + run.continuation;
   if (run.state == "stopped" && run.reason.find("continue with: ") == std::string::npos && can_go_on)
     return "continue with: " + run.continuation;
   return {};
@@ -151,7 +151,7 @@ std::string status_lines(const RunView& view) {
   add("balance", balance_text(view));
   add("disk", disk_text(view));
   add("checkpoint", checkpoint_text(view));
-  add("last sign", fmt::format("{} ago{}", span_text(run.age), run.host.empty() ? "" : ", from " + run.host));
+  add("last update", fmt::format("{} ago{}", span_text(run.age), run.host.empty() ? "" : ", from " + run.host));
   for (const std::string& warning : run.warnings) add("warning", warning);
   if (!run.reason.empty()) add("reason", run.reason);
   if (const std::string advice = advice_text(view); !advice.empty()) add("note", advice);

@@ -1,5 +1,5 @@
 #pragma once
-// How a run stands, in words: on lines of its own, in one line, in a table of several, and as JSON. Not collective.
+// Progress of a run as text: on several lines, in one line, in a table of several, and as JSON. Not collective.
 
 #include <string>
 #include <vector>
@@ -32,7 +32,7 @@ std::string energy_text(const RunView& view);
 std::string balance_text(const RunView& view);
 std::string disk_text(const RunView& view);
 std::string checkpoint_text(const RunView& view);
-/// What to know and do about a run that has not finished: one sentence; empty if there is nothing to say.
+/// A hint on a run that has not finished: one sentence, or empty.
 std::string advice_text(const RunView& view);
 
 /// Lines about one run, each ended by a line break.

@@ -1,5 +1,5 @@
 #pragma once
-// Numbers by name: what a checkpoint keeps beside particles, doubles bit for bit.
+// Numbers by name: the state in a checkpoint in addition to particles, doubles bit for bit.
 
 #include <map>
 #include <string>

@@ -1,5 +1,5 @@
 #pragma once
-// A table whose key says which of several structs the rest of it fills: shapes by `type`.
+// A table with a key that selects the struct that the rest fills: shapes by `type`.
 
 #include <functional>
 #include <variant>
@@ -15,7 +15,7 @@ class Choice {
   /// `tag`: the key that names the alternative.
   explicit Choice(std::string tag) : tag_(std::move(tag)) {}
 
-  /// Declares that `name` stands for the alternative S of V.
+  /// Declares `name` as the name of the alternative S of V.
   template <class S>
   Choice& add(const std::string& name) {
     Alternative a;
@@ -34,7 +34,7 @@ class Choice {
     return *this;
   }
 
-  /// `others`: keys that someone else reads.
+  /// `others`: keys that other code reads.
   bool read(const Value& table, V& out, Faults& faults, std::vector<std::string> others = {}) const {
     if (!expect_table(table, faults)) return false;
     const Value* tag = table.find(tag_);

@@ -156,11 +156,47 @@ std::string allowed_names(const std::vector<std::string>& names) {
   return fmt::format("{}", fmt::join(quoted, ", "));
 }
 
-void report_unknown_keys(const Value& table, const std::vector<std::string>& known, Faults& faults) {
-  for (const Value& entry : table.items)
-    if (!faults.is_full() && std::find(known.begin(), known.end(), entry.key) == known.end())
-      faults.add(entry.key_place, fmt::format("unknown {} '{}' {}{}", entry.is_table() ? "table" : "key", entry.key,
-                                              in_table(table.path), suggestion(entry.key, known)));
+std::optional<Value> with_present_names(const Value& table, const std::vector<Rename>& renames, Faults& faults) {
+  std::optional<Value> result;
+  for (const auto& [old_name, name] : renames) {
+    const Value* by_old_name = table.find(old_name);
+    if (!by_old_name) continue;
+    const std::string present_path = child_path(table.path, name);
+    if (!result) result = table;
+    const Value* by_name = table.find(name);
+    const auto is_override = [](const Value& v) { return v.key_place.line == 0; };
+    if (by_name && is_override(*by_name) == is_override(*by_old_name)) {
+      faults.add(by_old_name->key_place,
+                 fmt::format("'{}' and '{}' are both given; the first is the old name of the second: "
+                             "give '{}' alone",
+                             by_old_name->path, by_name->path, by_name->path));
+    } else {
+      faults.warn(by_old_name->key_place,
+                  fmt::format("'{}' is now called '{}'; the old name is accepted in this version only", by_old_name->path,
+                              present_path));
+    }
+    const bool old_counts = !by_name || is_override(*by_old_name);
+    std::erase_if(result->items, [&](const Value& v) { return v.key == (old_counts ? name : old_name); });
+    if (Value* entry = result->find(old_name)) entry->key = name;
+  }
+  return result;
+}
+
+void report_unknown_keys(const Value& table, const std::vector<std::string>& known, const std::vector<Rename>& renames,
+                         Faults& faults) {
+  std::vector<std::string> all_names = known;
+  for (const Rename& rename : renames) all_names.push_back(rename.old_name);
+  for (const Value& entry : table.items) {
+    if (faults.is_full() || std::find(known.begin(), known.end(), entry.key) != known.end()) continue;
+    const auto near = nearest(entry.key, all_names);
+    const auto renamed =
+        std::find_if(renames.begin(), renames.end(), [&](const Rename& r) { return near && r.old_name == *near; });
+    const std::string hint = renamed == renames.end()
+                                 ? suggestion(entry.key, known)
+                                 : fmt::format("; did you mean '{}', formerly '{}'?", renamed->name, *near);
+    faults.add(entry.key_place, fmt::format("unknown {} '{}' {}{}", entry.is_table() ? "table" : "key", entry.key,
+                                            in_table(table.path), hint));
+  }
 }
 
 void report_missing_key(const Value& table, const std::string& key, bool is_table, Faults& faults) {
@@ -171,7 +207,7 @@ void report_missing_key(const Value& table, const std::string& key, bool is_tabl
 }
 
 void report_unused_key(const Value& key, const std::string& condition, Faults& faults) {
-  faults.add(key.key_place, fmt::format("'{}' is given but counts only with {}", key.path, condition));
+  faults.add(key.key_place, fmt::format("'{}' is given but applies only with {}", key.path, condition));
 }
 
 bool add_section(const TableText& section, std::vector<TableText>& sections) {

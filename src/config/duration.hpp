@@ -1,5 +1,5 @@
 #pragma once
-// Wall times as people write them.
+// Human-readable wall times.
 
 #include <string>
 

@@ -23,14 +23,14 @@ struct VectorFormula {
 /// before it uses them, as in "r = sqrt(x*x + y*y), r > 0 ? y / r : 0". Move-only; not safe for several threads.
 class Formula {
  public:
-  /// `variables`: the names that stand for the numbers of `operator()`, in their order: some of x, y, z, t. Throws UsageError
+  /// `variables`: the names of the numbers of `operator()`, in their order: some of x, y, z, t. Throws UsageError
   /// with the reason.
   Formula(const std::string& text, const std::vector<std::string>& variables);
   Formula(Formula&&) noexcept;
   Formula& operator=(Formula&&) noexcept;
   ~Formula();
 
-  /// NaN where the formula has no value. The result follows from `values` alone, whatever was evaluated before.
+  /// NaN where the formula has no value. The result follows from `values` alone, not from earlier evaluations.
   /// Precondition: one value for each variable.
   double operator()(const std::vector<double>& values);
 

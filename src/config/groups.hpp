@@ -1,5 +1,5 @@
 #pragma once
-// Keys that belong together: two ways to say the same thing, of which a table uses one.
+// Keys that belong together: two alternative forms, of which a table uses one.
 
 #include <string>
 #include <vector>

@@ -22,7 +22,7 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
 }  // namespace
 
 std::optional<std::string> nearest(const std::string& word, const std::vector<std::string>& candidates) {
-  constexpr std::size_t longest = 100;  // nobody mistypes a longer word by a few letters; bounds the work
+  constexpr std::size_t longest = 100;  // typing errors in longer words are unlikely; bounds the work
   if (word.size() > longest) return std::nullopt;
   std::optional<std::string> best;
   std::size_t best_distance = std::max<std::size_t>(2, word.size() / 3) + 1;

@@ -134,7 +134,7 @@ bool is_utf8(std::string_view text) {
     for (std::size_t k = 1; k <= n; ++k)
       if (!follows(at + k)) return false;
     const auto second = n > 1 ? static_cast<unsigned char>(text[at + 1]) : 0x90u;
-    // Overlong forms, surrogates, and what lies beyond the last code point.
+    // Overlong forms, surrogates, and values beyond the last code point.
     if ((byte == 0xe0 && second < 0xa0) || (byte == 0xed && second > 0x9f) || (byte == 0xf0 && second < 0x90) ||
         (byte == 0xf4 && second > 0x8f))
       return false;
@@ -148,16 +148,25 @@ void Faults::add(const Place& place, const std::string& sentence) {
   if (!is_full()) faults_.push_back({place, printable(sentence)});
 }
 
-void Faults::throw_if_any() const {
-  if (faults_.empty()) return;
-  std::vector<Fault> sorted = faults_;
-  std::stable_sort(sorted.begin(), sorted.end(), [](const Fault& a, const Fault& b) {
+void Faults::warn(const Place& place, const std::string& sentence) {
+  if (warnings_.size() < most) warnings_.push_back({place, printable(sentence)});
+}
+
+std::vector<std::string> Faults::sentences(std::vector<Fault> faults) {
+  std::stable_sort(faults.begin(), faults.end(), [](const Fault& a, const Fault& b) {
     return std::pair(a.place.line, a.place.column) < std::pair(b.place.line, b.place.column);
   });
-  std::string text;
-  for (const Fault& fault : sorted)
-    text += fmt::format("{}{}: {}", text.empty() ? "" : "\n", fault.place.text(), fault.sentence);
-  if (n_ > sorted.size()) text += fmt::format("\n... and {} more faults", n_ - sorted.size());
+  std::vector<std::string> result;
+  for (const Fault& fault : faults) result.push_back(fmt::format("{}: {}", fault.place.text(), fault.sentence));
+  return result;
+}
+
+std::vector<std::string> Faults::warnings() const { return sentences(warnings_); }
+
+void Faults::throw_if_any() const {
+  if (faults_.empty()) return;
+  std::string text = fmt::format("{}", fmt::join(sentences(faults_), "\n"));
+  if (n_ > faults_.size()) text += fmt::format("\n... and {} more faults", n_ - faults_.size());
   throw UsageError(text);
 }
 

@@ -71,7 +71,7 @@ class Lines {
 
 // --- polygons ------------------------------------------------------------------------------------------------------------
 
-constexpr std::size_t most_corners = 1000;  ///< of a polygon whose best corner is looked for, in a time that grows squared
+constexpr std::size_t most_corners = 1000;  ///< of a polygon whose best corner is searched in quadratic time
 
 /// The corner from which no triangle of a fan folds over; the first if there is none.
 std::size_t fan_corner(const TriangleMesh& mesh, const std::vector<int>& corners) {
@@ -109,7 +109,7 @@ struct Polygons {
   std::vector<std::size_t> sizes;
 
   void close(std::size_t n) {
-    if (n < 1) throw UsageError("has faces without vertices: the file is cut off or spoilt");
+    if (n < 1) throw UsageError("has faces without vertices: the file is truncated or corrupted");
     sizes.push_back(n);
   }
   void add_to(TriangleMesh& mesh) const {
@@ -201,7 +201,7 @@ TriangleMesh parse_stl_text(std::string_view bytes) {
       lines.fail(excerpt(kind) + " does not belong into an STL file");
     }
   }
-  if (is_open || !loop.empty()) refuse("it is cut off: its last line is not 'endsolid'");
+  if (is_open || !loop.empty()) refuse("it is truncated: its last line is not 'endsolid'");
   return mesh;
 }
 
@@ -214,7 +214,7 @@ TriangleMesh parse_stl(std::string_view bytes) {
   if (first.next() && first.word() == "solid") return parse_stl_text(bytes);
   if (!has_header) refuse("it neither begins with 'solid' nor has the 84 bytes of a binary STL file's header");
   if (wanted > bytes.size())
-    refuse(fmt::format("it is cut off: {} triangles take {} bytes, and it has {}", n, wanted, bytes.size()));
+    refuse(fmt::format("it is truncated: {} triangles take {} bytes, and it has {}", n, wanted, bytes.size()));
   return parse_stl_binary(bytes, n);  // some programs append bytes of their own
 }
 
@@ -261,7 +261,7 @@ const PlyType* ply_type(const Lines& lines, std::string_view name) {
 }
 
 void read_property(Lines& lines, PlyHeader& header) {
-  if (header.elements.empty()) lines.fail("a property stands before the first element");
+  if (header.elements.empty()) lines.fail("a property precedes the first element");
   PlyProperty property;
   std::string_view word = lines.word();
   if (word == "list") {
@@ -324,9 +324,9 @@ class PlyBody {
   }
   std::int64_t integer(const PlyType& type) {
     const double value = number(type);
-    // Beyond this no index is meant, and a double no longer tells integers apart.
+    // Larger values are no indices, and doubles no longer represent all integers.
     if (!(value >= -9e15 && value <= 9e15) || value != static_cast<double>(static_cast<std::int64_t>(value)))
-      refuse(fmt::format("{} stands where a number of vertices or a vertex should", value));
+      refuse(fmt::format("{} is no valid number of vertices or vertex index", value));
     return static_cast<std::int64_t>(value);
   }
   /// Bytes that are left, and at least as many as the numbers.
@@ -335,7 +335,7 @@ class PlyBody {
   }
 
  private:
-  [[noreturn]] static void cut_off() { refuse("it is cut off: its header promises more vertices or faces than follow"); }
+  [[noreturn]] static void cut_off() { refuse("it is truncated: its header declares more vertices or faces than follow"); }
   PlyKind kind_;
   std::string_view bytes_;
   std::size_t at_ = 0;
@@ -378,7 +378,7 @@ TriangleMesh parse_ply(std::string_view bytes) {
   for (const PlyElement& element : header.elements) {
     // Every property takes a byte at least, so this also bounds the time.
     if (element.properties.empty() ? element.n > 0 : element.n > body.n_left())
-      refuse(fmt::format("it is cut off: its header promises {} of {}", element.n, excerpt(element.name)));
+      refuse(fmt::format("it is truncated: its header declares {} of {}", element.n, excerpt(element.name)));
     for (std::uint64_t row = 0; row < element.n; ++row) read_ply_row(element, body, mesh, faces);
   }
   faces.add_to(mesh);

@@ -39,7 +39,7 @@ void place(const Mesh& mesh, TriangleMesh& triangles) {
   for (Vec3& v : triangles.vertices) v = scale * (v - middle) + to;
 }
 
-constexpr std::size_t n_probes = 2000;   ///< triangles behind which an inside is looked for
+constexpr std::size_t n_probes = 2000;   ///< triangles behind which an inside is searched
 constexpr double clearly_inside = 0.55;  ///< a flat sheet has up to 1/2, and the error of the dipoles, just behind it
 
 /// Whether some point close behind a triangle is inside.

@@ -1,5 +1,5 @@
 #pragma once
-// Shapes that hold meshes: filling them with triangles, in the size and place the scene asks for.
+// Shapes that hold meshes: filling them with triangles, in the size and place given in the scene.
 
 #include <functional>
 #include <string>
@@ -18,12 +18,12 @@ void visit_meshes(const Shape& shape, const std::function<void(const Mesh&)>& vi
 /// The shape with each mesh replaced by replacement(mesh).
 Shape with_meshes(const Shape& shape, const std::function<Mesh(const Mesh&)>& replacement);
 
-/// Welds triangles as a file gives them. Throws UsageError, a sentence that goes on after the file's name, if they are no mesh:
-/// indices without a vertex, coordinates that are not finite, no triangle with an area.
+/// Welds triangles as a file gives them. Throws UsageError, a sentence that continues after the file's name, if they are no
+/// mesh: indices without a vertex, coordinates that are not finite, no triangle with an area.
 WeldCount weld_checked(TriangleMesh& triangles);
 
-/// `mesh` with its solid made of `triangles` (welded), turned, scaled and moved as the mesh says. Throws UsageError, as above,
-/// if it encloses nothing.
+/// `mesh` with its solid made of `triangles` (welded), rotated, scaled and moved as the mesh specifies. Throws UsageError,
+/// as above, if it encloses nothing.
 Mesh filled(const Mesh& mesh, TriangleMesh triangles);
 
 /// The shape with its meshes by sampled distances (sampled_distance.hpp), for the many lookups of colliders on a grid with

@@ -50,9 +50,9 @@ double squared_distance_to_box(const Vec3& lower, const Vec3& upper, const Vec3&
   return (lower - x).cwiseMax(x - upper).cwiseMax(0.0).squaredNorm();
 }
 
-/// The share of the distance to the triangles that is surely free of the surface of winding number 1/2, from the winding number
-/// that a closed mesh would not have here: on the axis of a round flat hole exactly 1 - 2 `excess`, beside a straight rim no less.
-/// An excess of up to 0.05 may be the error of the dipoles.
+/// The fraction of the distance to the triangles that is certainly free of the surface of winding number 1/2, from the
+/// winding number that a closed mesh would not have here: on the axis of a round flat hole exactly 1 - 2 `excess`, beside a
+/// straight rim no less. An excess of up to 0.05 may be the error of the dipoles.
 double free_share(double excess) { return std::clamp((1.0 - 2.0 * excess) / 0.9, 0.0, 1.0); }
 
 }  // namespace

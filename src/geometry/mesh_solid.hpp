@@ -1,5 +1,6 @@
 #pragma once
-// What a triangle mesh encloses, holes or not: the nearest point of its surface, and the winding number for inside and outside.
+// What a triangle mesh encloses, holes or not: the nearest point of its surface, and the winding number for inside and
+// outside.
 
 #include <limits>
 #include <vector>
@@ -8,9 +9,9 @@
 
 namespace bulkley {
 
-/// The set of points within the bounds whose winding number exceeds 1/2, of a mesh in any state: with holes, with triangles missing, with parts
-/// that intersect. Where the mesh has a hole, the surface of winding number 1/2 closes it. A closed mesh has 1 inside and 0
-/// outside. The same bits on every rank: one order of triangles, one order of sums.
+/// The set of points within the bounds whose winding number exceeds 1/2, of a mesh in any state: with holes, with triangles
+/// missing, with parts that intersect. Where the mesh has a hole, the surface of winding number 1/2 closes it. A closed mesh
+/// has 1 inside and 0 outside. The same bits on every rank: one order of triangles, one order of sums.
 class MeshSolid {
  public:
   /// `mesh`: welded, with at least one triangle.
@@ -20,8 +21,8 @@ class MeshSolid {
   const MeshFacts& facts() const { return facts_; }
 
   /// Generalised winding number (Jacobson et al. 2013), turned positive for a mesh that faces inwards; clusters of triangles
-  /// that are far away count as dipoles (Barill et al. 2018), which makes it wrong by up to some 0.04. Not collective, as all
-  /// functions here.
+  /// that are far away count as dipoles (Barill et al. 2018), which makes it wrong by up to some 0.04. Not collective, as
+  /// all functions here.
   double winding_number(const Vec3& x) const;
   bool contains(const Vec3& x) const;
 
@@ -33,8 +34,8 @@ class MeshSolid {
   /// The nearest point of the triangles; if none is within `reach`, only the distance is set, to `reach`.
   Nearest nearest(const Vec3& x, double reach = std::numeric_limits<double>::infinity()) const;
 
-  /// Negative inside. The distance to the nearest triangle; near a hole a lower bound of the distance to what closes it, too,
-  /// so that it goes through zero there: within the hole's rim the distance to triangles alone would jump.
+  /// Negative inside. The distance to the nearest triangle; near a hole a lower bound of the distance to what closes it,
+  /// too, so that it goes through zero there: within the hole's rim the distance to triangles alone would jump.
   /// Beyond `reach` it is some number as far from 0, of the right sign.
   double signed_distance(const Vec3& x, double reach = std::numeric_limits<double>::infinity()) const;
   /// Outward unit normal: along the way to the nearest point, that of the triangle on the surface itself.
@@ -44,12 +45,12 @@ class MeshSolid {
   struct Triangle {
     Vec3 a, b, c;
   };
-  /// A box of triangles, and what their winding number looks like from afar.
+  /// A box of triangles, and their winding number at a distance.
   struct Node {
     Vec3 lower, upper;
     Vec3 center;          ///< of area
     Vec3 area;            ///< sum of the triangles' area vectors, m^2
-    double near_squared;  ///< m^2; closer than this the triangles do not look like a dipole
+    double near_squared;  ///< m^2; closer than this the triangles are no dipole
     int first;            ///< triangle of a leaf; else the second child, the first one being the next node
     int count;            ///< triangles of a leaf; else 0
   };

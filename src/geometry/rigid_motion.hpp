@@ -33,16 +33,17 @@ struct KeyFrame {
   Vec3 rotation_degrees = Vec3::Zero();  ///< along the axis, about the motion's centre; more than one turn counts
 };
 
-/// Either steady velocities or, where there are any, key frames. Between key frames each component of translation and rotation
-/// vector follows a piecewise cubic with a continuous velocity that goes through all key frames and overshoots none (Fritsch &
-/// Carlson 1980, with the slopes of Fritsch & Butland 1984); before the first and after the last key frame the body rests.
+/// Either steady velocities or, where there are any, key frames. Between key frames each component of translation and
+/// rotation vector follows a piecewise cubic with a continuous velocity that goes through all key frames and overshoots none
+/// (Fritsch & Carlson 1980, with the slopes of Fritsch & Butland 1984); before the first and after the last key frame the
+/// body rests.
 struct RigidMotion {
   Vec3 velocity = Vec3::Zero();          ///< m/s, of `center`
   Vec3 angular_velocity = Vec3::Zero();  ///< rad/s, about `center`, which moves along
-  Vec3 center = Vec3::Zero();            ///< m, at time 0 or wherever the key frames' translation is zero
+  Vec3 center = Vec3::Zero();            ///< m, at time 0 or where the key frames' translation is zero
   std::vector<KeyFrame> key_frames;      ///< in the order of time
 
-  /// Whether it ever moves or stands elsewhere than in the scene file.
+  /// Whether it ever moves or is elsewhere than in the scene file.
   bool moves() const;
   Pose pose(double time) const;
   RigidVelocity velocity_at(double time) const;

@@ -15,13 +15,13 @@ namespace bulkley {
 /// nodes only, and the values do not depend on the order. Not for several threads at a time.
 class SampledDistance {
  public:
-  /// Throws UsageError, a sentence that goes on after the mesh's name, if the mesh is too large for such a spacing.
+  /// Throws UsageError, a sentence that continues after the mesh's name, if the mesh is too large for such a spacing.
   SampledDistance(std::shared_ptr<const MeshSolid> solid, double spacing, double band);
 
   /// m, negative inside. Not collective, as all functions here.
   double distance(const Vec3& x) const;
-  /// Outward unit normal: the gradient over one spacing, where the errors of the interpolation of a smooth surface cancel. Beyond
-  /// the band, and where the nearest point jumps, one and the same direction for a block of the lattice.
+  /// Outward unit normal: the gradient over one spacing, where the errors of the interpolation of a smooth surface cancel.
+  /// Beyond the band, and where the nearest point jumps, one and the same direction for a block of the lattice.
   Vec3 normal(const Vec3& x) const;
 
  private:

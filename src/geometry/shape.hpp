@@ -93,7 +93,7 @@ struct Bounds {
 double signed_distance(const Shape& shape, const Vec3& point);
 /// As signed_distance where that is at most `reach` from 0; farther away some number as far from 0, of the right sign.
 double signed_distance_within(const Shape& shape, const Vec3& point, double reach);
-/// Whether the point is inside: the sign of the distance, which may be cheaper to tell than the distance.
+/// Whether the point is inside: the sign of the distance, which may be cheaper than the distance.
 bool contains(const Shape& shape, const Vec3& point);
 /// Outward unit normal at `point`: the gradient of the signed distance (any unit vector where it is not unique).
 Vec3 outward_normal(const Shape& shape, const Vec3& point);

@@ -35,7 +35,7 @@ Lattice lattice_over(const Vec3& size) {
   std::array<int, 3> axes{0, 1, 2};
   std::sort(axes.begin(), axes.end(), [&](int a, int b) { return size[a] < size[b]; });
   double points = n_lattice_points;
-  // The short axes first: where two points are already too many, the longer axes share what is left.
+  // The short axes first: where two points are already too many, the rest is divided among the longer axes.
   for (std::size_t shorter = 0; shorter < 3; ++shorter) {
     double volume = 1.0;
     for (std::size_t a = shorter; a < 3; ++a) volume *= size[axes[a]] / size[axes[shorter]];
@@ -69,7 +69,7 @@ double thickness(const Shape& shape, const Bounds& window, double enough) {
         Vec3 x = lower + Vec3((i + 0.5) / n[0], (j + 0.5) / n[1], (k + 0.5) / n[2]).cwiseProduct(size);
         double distance = signed_distance(shape, x);
         if (std::abs(distance) > spacing) continue;
-        // Distances may be bounds only: go on until the surface is reached.
+        // Distances may be bounds only: continue until the surface is reached.
         for (int step = 0; step < 5 && std::abs(distance) > 1e-3 * enough; ++step) {
           x -= distance * outward_normal(shape, x);
           distance = signed_distance(shape, x);

@@ -1,5 +1,5 @@
 #pragma once
-// Surfaces of triangles: the plain data, and what can be said of them before they serve as a solid.
+// Surfaces of triangles: the plain data, and their properties before they become a solid.
 
 #include <vector>
 

@@ -33,9 +33,9 @@ int cells_inside(const GridGeometry& grid, int f, const Int3& node) {
   return f % 2 == 0 ? from_lower : grid.n_cells[static_cast<std::size_t>(axis)] - from_lower;
 }
 
-/// How far in front of a collider a node is still held, m. Where the nearest held nodes are far behind the surface, they have next
-/// to no weight left for the material at the surface, which slides past: with three quarters of a cell, a plane acts 0.3 cells
-/// behind to 0.6 in front of where it is stated, wherever it stands between the nodes; with half a cell, up to 1.5 behind.
+/// How far in front of a collider a node is still held, m. Where the nearest held nodes are far behind the surface, they
+/// have next to no weight left for the material at the surface, which slides past: with three quarters of a cell, a plane
+/// acts 0.3 cells behind to 0.6 in front of its position, depending on the nodes; with half a cell, up to 1.5 behind.
 double reach(const GridGeometry& grid, Contact contact) {
   return contact == Contact::separating ? 0.0 : 0.75 * grid.cell_size;
 }
@@ -170,7 +170,7 @@ double collider_speed(const GridGeometry& grid, const std::vector<Collider>& col
     const RigidMotion& motion = collider.motion;
     if (!motion.moves()) continue;
     Bounds box = bounds(collider.shape);
-    // Of an endless obstacle, what is inside the domain, wherever its centre has gone by then.
+    // Of an endless obstacle, the part inside the domain, independent of its centre.
     if (!box.lower.allFinite() || !box.upper.allFinite()) {
       const Vec3 begin = motion.pose(first).to_world(motion.center), end = motion.pose(last).to_world(motion.center);
       box = {grid.lower + motion.center - begin.cwiseMax(end), grid.upper() + motion.center - begin.cwiseMin(end)};

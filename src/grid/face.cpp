@@ -25,7 +25,7 @@ std::vector<FaceFault> face_faults(const Faces& faces) {
       faults.push_back({f, "velocity", "is not finite"});
     else if (face.velocity[static_cast<Eigen::Index>(f / 2)] != 0.0)
       faults.push_back(
-          {f, "velocity", std::string("has a part along ") + "xyz"[f / 2] + "; a face moves along itself only"});
+          {f, "velocity", std::string("has a component along ") + "xyz"[f / 2] + "; a face moves only in its own plane"});
   }
   return faults;
 }

@@ -48,7 +48,7 @@ struct FaceBehaviour {
 inline constexpr std::array face_table = {
     FaceBehaviour{.kind = FaceKind::sticky,
                   .name = "sticky",
-                  .meaning = "material moves with the wall, which rests unless it has a `velocity`",
+                  .meaning = "material moves with the wall, which is at rest unless it has a `velocity`",
                   .contact = Contact::sticky,
                   .behind = NodesBehind::reversed,
                   .crossing = Crossing::held,
@@ -61,7 +61,7 @@ inline constexpr std::array face_table = {
                   .crossing = Crossing::held},
     FaceBehaviour{.kind = FaceKind::separating,
                   .name = "separating",
-                  .meaning = "material may leave the wall, and friction holds what presses on it",
+                  .meaning = "material may leave the wall, with friction while it presses on it",
                   .contact = Contact::separating,
                   .behind = NodesBehind::free,
                   .crossing = Crossing::held,

@@ -129,7 +129,7 @@ PoolLayout::PoolLayout(const GridGeometry& grid, std::vector<TileIndex> tiles, i
   }
   n_nodes_ = static_cast<LocalIndex>(n_nodes);
 
-  // Where each tile's rows stand. The tiles of a column ascend, so each of its node columns is walked once.
+  // The positions of each tile's rows. The tiles of a column ascend, so each of its node columns is walked once.
   row_offset_.resize(tiles_.size() * width * width);
   for (const TileColumn& column : columns)
     for (int i = 0; i < width; ++i)

@@ -37,7 +37,7 @@ struct NodeRow {
   LocalIndex offset;
 };
 
-/// Where the nodes of a set of tiles stand in the pool. Not collective.
+/// The positions of the nodes of a set of tiles in the pool. Not collective.
 class PoolLayout {
  public:
   PoolLayout() = default;

@@ -61,7 +61,7 @@ std::string advice_for(const StepBounds& bounds) {
 
 void throw_failure(const Comm& comm, const GridGeometry& grid, const ParticleSet& particles,
                    const std::vector<NamedMaterial>& materials, const StepBounds& bounds) {
-  if (bounds.failures.n_undefined_nodes > 0) {  // whatever befell the particles follows from that
+  if (bounds.failures.n_undefined_nodes > 0) {  // any particle failure follows from that
     const Vec3 x = grid.node_position(grid.node_of_number(bounds.failures.undefined_node));
     throw StepFailure(fmt::format("the acceleration_field is NaN or infinite on {} {}, first at ({:.6g}, {:.6g}, {:.6g}) m",
                                   bounds.failures.n_undefined_nodes.value,
@@ -102,7 +102,7 @@ void check_motion(const Comm& comm, const TimeStepSettings& settings, double cel
   if (dt * bounds.motion.speed.value > cell_size)
     throw NoStep(
         fmt::format("a particle moves {:.3g} cells in a step of {:.6g} s", dt * bounds.motion.speed.value / cell_size, dt),
-        bounds.motion.speed.id, "try a smaller time.cfl or time.step, or time.deformation_check = \"always\"");
+        bounds.motion.speed.id, "try a smaller time.cfl or time.dt, or time.deformation_check = \"always\"");
 }
 
 }  // namespace bulkley

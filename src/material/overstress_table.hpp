@@ -8,7 +8,7 @@
 
 namespace bulkley {
 
-/// What the flow return needs of eta and h and is dear to compute. Never changes, so that copies of a law share it.
+/// What the flow return needs of eta and h and is expensive to compute. Never changes, so that copies of a law share it.
 class OverstressTable {
  public:
   /// Requires eta >= 0 and h > 0. Not collective.

@@ -113,7 +113,7 @@ double flow_stress(const ThixotropicHerschelBulkley& law, double gamma) {
          p.eta * strength(p.consistency_exponent, p.residual_consistency) * std::pow(gamma, p.h);
 }
 
-// By halving on s. The stress that the rate asks for at s, less s itself, changes sign between 0 and the bracket's end.
+// By halving on s. The stress that the rate requires at s, less s itself, changes sign between 0 and the bracket's end.
 template <class Law>
 std::optional<SteadyFlow> viscoplastic_flow(const Law& law, Flow flow, double rate, double J) {
   const double mu = law.parameters.shear_modulus;

@@ -1,5 +1,5 @@
 #pragma once
-// What theory says of the measurements, for the laws whose answer is known. Other laws have no analytic curve. Stresses are
+// Analytic solutions of the measurements, for laws where they are known. Other laws have no analytic curve. Stresses are
 // Cauchy stresses of a specimen compressed to the volume ratio J, which no shear changes.
 
 #include <optional>
@@ -15,19 +15,20 @@ struct SteadyFlow {
 };
 
 /// Steady flow at a rate (1/s, > 0): of a (thixotropic) Herschel-Bulkley fluid with shear_modulus > 0 and finite eta, the
-/// solution of (T17) and (T18) in continuous time (docs/rheometer.md) with the structure in balance; of a Newtonian fluid; of
-/// an upper convected Oldroyd-B fluid, in extension below the rate at which its stress grows without bound. Not collective.
+/// solution of (T17) and (T18) in continuous time (docs/rheometer.md) with the structure in balance; of a Newtonian fluid;
+/// of an upper convected Oldroyd-B fluid, in extension below the rate at which its stress grows without bound. Not
+/// collective.
 std::optional<SteadyFlow> steady_flow(const Material& material, Flow flow, double rate, double J = 1.0);
 
-/// The shear rate at which the steady shear stress of a Herschel-Bulkley fluid is `stress` (Pa): the inverse of steady_flow; 0
-/// at and below yield. Nothing where no steady flow carries the stress. Not collective.
+/// The shear rate at which the steady shear stress of a Herschel-Bulkley fluid is `stress` (Pa): the inverse of steady_flow;
+/// 0 at and below yield. Nothing where no steady flow carries the stress. Not collective.
 std::optional<double> steady_shear_rate(const Material& material, double stress, double J = 1.0);
 
 /// Stress of a neo-Hookean solid at a strain (Hencky in extension), and its first normal stress difference, Pa. Not
 /// collective.
 std::optional<SteadyFlow> solid_stress(const Material& material, Flow flow, double strain, double J = 1.0);
 
-/// A fluid of one relaxation time, and a Newtonian one beside it.
+/// A fluid of one relaxation time, and a Newtonian one in parallel.
 struct MaxwellFluid {
   double modulus;           ///< Pa
   double relaxation_time;   ///< s; infinity: an elastic solid

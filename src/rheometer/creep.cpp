@@ -70,7 +70,7 @@ void append(const Creep& creep, double stress, Table& table) {
 // Leaves off at the largest strain; true if the whole duration was reached.
 bool hold(const CreepSettings& settings, double stress, Creep& creep, Table& table) {
   creep.step(instant * settings.duration);
-  creep.rate = 0.0;  // the jump says nothing about what follows
+  creep.rate = 0.0;  // the jump does not predict the rest
   for (const double end : logarithmic_times(settings.duration, settings.n_points)) {
     while (creep.time < end) {
       const double largest = std::min({1e-2 * std::max(creep.time, end / 10.0), settings.duration / settings.n_steps,

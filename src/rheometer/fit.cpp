@@ -163,7 +163,7 @@ Estimate estimate_of(const std::optional<double>& given, double value, double lo
   return Estimate::fitted;
 }
 
-// Of tau_y, K and n, zero where not fitted; NaN where the points do not tell the parameters apart.
+// Of tau_y, K and n, zero where not fitted; NaN where the points do not determine the parameters.
 Eigen::Matrix3d covariance(const Problem& problem, const Fit& fit, double variance) {
   const double n = fit.flow_index.value, K = fit.consistency.value;
   const bool free[3] = {fit.yield_stress.estimate == Estimate::fitted, fit.consistency.estimate == Estimate::fitted,
@@ -175,7 +175,7 @@ Eigen::Matrix3d covariance(const Problem& problem, const Fit& fit, double varian
     for (int a = 0; a < 3; ++a) slope[a] *= free[a] ? problem.weight[k] : 0.0;
     normal += slope * slope.transpose();
   }
-  // The diagonal made 1, so that units do not spoil the inverse.
+  // The diagonal made 1, so that units do not degrade the inverse.
   Eigen::Vector3d scale;
   for (int a = 0; a < 3; ++a) {
     if (!free[a]) normal(a, a) = 1.0;
@@ -255,14 +255,14 @@ void add_warnings(const FitSettings& settings, Fit& fit) {
   constexpr double too_systematic = 2.5, exact = 1e-3;  // standard deviations; relative rms of data without noise
   if (fit.relative_rms > poor_rms)
     fit.warnings.push_back(fmt::format(
-        "poor fit: the stresses differ by {:.1f} % (rms) from the curve; look at the residuals, and fit a narrower "
+        "poor fit: the stresses differ by {:.1f} % (rms) from the curve; check the residuals, and fit a narrower "
         "--range if the material is not a Herschel-Bulkley fluid over all of it",
         100.0 * fit.relative_rms));
   if (!(fit.r_squared > poor_r_squared))
     fit.warnings.push_back(fmt::format("poor fit: R^2 is {:.3f}; the rate explains little of the stress", fit.r_squared));
   if (settings.weights == Weights::error && fit.reduced_chi_square > poor_chi_square)
     fit.warnings.push_back(fmt::format(
-        "the residuals are {:.1f} times as large as the file's errors say; the standard errors below are too small",
+        "the residuals are {:.1f} times as large as the errors in the file; the standard errors below are too small",
         std::sqrt(fit.reduced_chi_square)));
   if (fit.relative_rms > exact && systematic(fit) > too_systematic)
     fit.warnings.push_back(

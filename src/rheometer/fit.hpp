@@ -13,7 +13,7 @@ namespace bulkley::rheometer {
 
 /// What a residual is divided by.
 enum class Weights {
-  relative,  ///< the measured stress: every decade counts alike
+  relative,  ///< the measured stress: every decade has equal weight
   uniform,   ///< nothing: the largest stresses count most
   error,     ///< the standard deviation that was measured
 };

@@ -52,7 +52,7 @@ double smallest_rate(const Fit& fit) {
   return value;
 }
 
-// Rounded up to two digits: a suggestion should not look like a measurement.
+// Rounded up to two digits: a suggestion is not a measurement.
 double rounded_up(double value) {
   const double unit = std::pow(10.0, std::floor(std::log10(value)) - 1.0);
   return std::ceil(value / unit - 1e-9) * unit;

@@ -8,7 +8,7 @@
 
 namespace bulkley::rheometer {
 
-/// What a flow curve does not say of a material, as far as the user knows it.
+/// Properties of a material that a flow curve does not contain, if the user knows them.
 struct Suggestions {
   std::string name;         ///< of the material in the scene
   double density = 1000.0;  ///< kg/m^3
@@ -18,7 +18,7 @@ struct Suggestions {
 /// Both conventions with standard errors, the quality of the fit, the residuals and the warnings. Not collective.
 std::string fit_text(const Fit& fit, const FitSettings& settings);
 
-/// A table [materials.NAME] to paste into a scene. Density, bulk modulus and shear modulus are suggestions and say so: the
+/// A table [materials.NAME] to paste into a scene. Density, bulk modulus and shear modulus are marked as suggestions: the
 /// bulk modulus density (10 speed)^2 keeps changes of density below a percent, the shear modulus is 20 times the largest
 /// stress. Not collective.
 std::string scene_snippet(const Fit& fit, const Suggestions& suggestions);

@@ -60,7 +60,7 @@ LastCycle shake(const OscillationSettings& settings, const Oscillation& oscillat
   return last;
 }
 
-// The kernel is of first order in time: it lags by half a step, which would hide a small G' beside a large G''. Twice the
+// The kernel is of first order in time: it lags by half a step, which would hide a small G' next to a large G''. Twice the
 // result of half the step less that of the whole is of second order.
 LastCycle extrapolated(const OscillationSettings& settings, Oscillation oscillation, const Specimen& fresh) {
   const LastCycle coarse = shake(settings, oscillation, fresh);

@@ -38,7 +38,7 @@ std::optional<double> find_root(const RootSearch& search, const std::function<do
     double x = (a.x * b.f - b.x * a.f) / (b.f - a.f);
     // Where regula falsi crawls, as at a kink between slopes of very different size, halving does not.
     if (k % 4 == 3 || !(x > std::min(a.x, b.x) && x < std::max(a.x, b.x))) x = 0.5 * (a.x + b.x);
-    if (x == a.x || x == b.x) break;  // nothing lies between them
+    if (x == a.x || x == b.x) break;  // no number between them
     const Point next{x, f(x)};
     if (!std::isfinite(next.f)) return std::nullopt;
     if ((next.f < 0.0) == (b.f < 0.0))

@@ -1,5 +1,5 @@
 #pragma once
-// Root of a rising function of one variable that is dear to evaluate and known only by its values.
+// Root of a rising function of one variable that is expensive to evaluate and known only by its values.
 
 #include <functional>
 #include <limits>

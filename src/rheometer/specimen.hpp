@@ -55,7 +55,7 @@ class Specimen {
   ParticleSet particles_;
 };
 
-/// A specimen compressed alike from all sides, at once, until its pressure is `pressure` (Pa; 0: undeformed). Throws
+/// A specimen compressed isotropically, at once, until its pressure is `pressure` (Pa; 0: undeformed). Throws
 /// UsageError if the material cannot take it. Not collective.
 Specimen loaded_specimen(const Material& material, double pressure);
 

@@ -18,8 +18,8 @@ struct SteadySettings {
   double pressure = 0.0;          ///< Pa, see loaded_specimen
 };
 
-/// One row a rate, each from a fresh specimen. Columns: docs/rheometer.md. A remark says at which rates the stress is not
-/// steady. Throws RunError if the kernel refuses a step. Not collective.
+/// One row a rate, each from a fresh specimen. Columns: docs/rheometer.md. A remark lists the rates at which the stress is
+/// not steady. Throws RunError if the kernel refuses a step. Not collective.
 Measurement measure_steady(const Material& material, const SteadySettings& settings);
 
 }  // namespace bulkley::rheometer

@@ -21,8 +21,8 @@ struct Measurement {
   std::vector<std::string> remarks;
 };
 
-/// The row under construction, so that a name and its value stand side by side. The first row of a table names its columns;
-/// later rows must have the same.
+/// The row under construction, so that a name and its value are next to each other. The first row of a table names its
+/// columns; later rows must have the same.
 class Row {
  public:
   Row& add(const std::string& name, double value);

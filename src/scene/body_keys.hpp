@@ -8,7 +8,7 @@ namespace bulkley {
 
 config::Names<SeedingLattice> names(config::Of<SeedingLattice>);
 
-/// Leaves material_index and density to whoever knows the materials.
+/// Leaves material_index and density to the caller.
 const config::Keys<Body>& keys(config::Of<Body>);
 
 }  // namespace bulkley

@@ -59,10 +59,10 @@ config::Names<FaceKind> names(config::Of<FaceKind>) {
 const config::Keys<Face>& keys(config::Of<Face>) {
   static const auto table =
       config::Keys<Face>("A face as a table, `{ type = \"separating\", friction = 0.3 }`. " + face_meanings() + ".")
-          .key("type", &Face::kind, {.about = "What the face does.", .required = true})
+          .key("type", &Face::kind, {.about = "Kind of the face.", .required = true})
           .key("friction", &Face::friction, friction_rule())
           .only_with(kinds_with(has_friction), [](const Face& face) { return has_friction(behaviour(face.kind)); })
-          .key("velocity", &Face::velocity, {.about = "Motion of the wall along itself.", .unit = "m/s"})
+          .key("velocity", &Face::velocity, {.about = "Velocity of the wall in its own plane.", .unit = "m/s"})
           .only_with(kinds_with(has_velocity), [](const Face& face) { return has_velocity(behaviour(face.kind)); });
   return table;
 }
@@ -83,14 +83,14 @@ const config::Keys<Faces>& keys(config::Of<Faces>) {
 const config::Keys<KeyFrame>& keys(config::Of<KeyFrame>) {
   static const auto table =
       config::Keys<KeyFrame>(
-          "Where an obstacle is at one time, relative to where its shape puts it. Between key frames it moves along smooth "
-          "curves "
-          "that go through all of them and never beyond; before the first and after the last it rests.")
-          .key("time", &KeyFrame::time, {.about = "When, later than the key frame before.", .unit = "s", .required = true})
+          "Pose of an obstacle at one time, relative to its shape. Between key frames it moves along smooth curves "
+          "through all of them without overshoot; before the first and after the last it is at rest.")
+          .key("time", &KeyFrame::time,
+               {.about = "Time, later than that of the previous key frame.", .unit = "s", .required = true})
           .key("translation", &KeyFrame::translation, {.about = "Shift of `center`.", .unit = "m"})
           .key(
               "rotation", &KeyFrame::rotation_degrees,
-              {.about = "Turn about `center`: a vector along the axis, as long as the angle, by the right-hand rule; 720 is "
+              {.about = "Turn about `center`: a vector along the axis, its length the angle, by the right-hand rule; 720 is "
                         "two turns.",
                .unit = "degrees"});
   return table;
@@ -107,7 +107,7 @@ void check_key_frames(const Value& table, const RigidMotion& motion, Faults& fau
   for (std::size_t k = 1; k < motion.key_frames.size(); ++k)
     if (!(motion.key_frames[k].time > motion.key_frames[k - 1].time))
       faults.add(list->items[k].place,
-                 fmt::format("'{}.time' is {:g} and must be later than that of the key frame before, {:g}",
+                 fmt::format("'{}.time' is {:g} and must be later than that of the previous key frame, {:g}",
                              list->items[k].path, motion.key_frames[k].time, motion.key_frames[k - 1].time));
 }
 
@@ -124,7 +124,7 @@ void choose_center(const Value& table, Collider& collider, Faults& faults) {
   const bool is_endless = !waits_for_mesh(collider.shape) && !(b.lower.allFinite() && b.upper.allFinite());
   if (!collider.center && is_endless && turns(collider.motion))
     faults.add(table.place,
-               fmt::format("collider '{}' turns and has no centre of its own; give it a 'center'", collider.name));
+               fmt::format("collider '{}' rotates and its shape has no centre; give it a 'center'", collider.name));
 }
 
 }  // namespace
@@ -133,14 +133,15 @@ const config::Keys<Collider>& keys(config::Of<Collider>) {
   const auto steady = [](const Collider& collider) { return collider.motion.key_frames.empty(); };
   static const auto table =
       config::Keys<Collider>(
-          "A rigid obstacle, fixed unless it has a velocity or key frames. history.csv holds the force on it "
-          "and the torque about `center`, on average since the row before.")
-          .key("name", &Collider::name, {.about = "What messages call it; different for each collider.", .required = true})
-          .key("shape", &Collider::shape, {.about = "Where it is at the start.", .required = true})
+          "A rigid obstacle, fixed unless it has a velocity or key frames. history.csv contains the force on it "
+          "and the torque about `center`, averaged since the previous row.")
+          .key("name", &Collider::name,
+               {.about = "Name in messages and columns; different for each collider.", .required = true})
+          .key("shape", &Collider::shape, {.about = "Initial geometry.", .required = true})
           .key("contact", &Collider::contact,
                {.about =
-                    "sticky: material stops; slip: it moves along the surface; separating: it may also leave, and friction "
-                    "holds what presses on it."})
+                    "sticky: material stops; slip: it moves along the surface; separating: it may also leave, with friction "
+                    "while it presses."})
           .key("friction", &Collider::friction, friction_rule())
           .only_with("contact = \"separating\"", [](const Collider& c) { return c.contact == Contact::separating; })
           .key("velocity", [](auto& c) -> auto& { return c.motion.velocity; },
@@ -150,11 +151,11 @@ const config::Keys<Collider>& keys(config::Of<Collider>) {
                {.about = "Steady spin about `center`.", .unit = "rad/s"})
           .only_with("no key_frames", steady)
           .key("center", &Collider::center,
-               {.about = "What it turns about, and what its torque refers to; moves along.",
+               {.about = "Centre of rotation and reference point of the torque; moves with the collider.",
                 .unit = "m",
                 .default_text = "centre of the shape's bounds"})
           .key("key_frames", [](auto& c) -> auto& { return c.motion.key_frames; },
-               {.about = "Its way, instead of steady velocities.", .default_text = "none"})
+               {.about = "Motion, instead of steady velocities.", .default_text = "none"})
           .check([](const Value& value, Collider& collider, Faults& faults) {
             check_key_frames(value, collider.motion, faults);
             choose_center(value, collider, faults);

@@ -37,7 +37,8 @@ bool holds(const GridGeometry& grid, const Bounds& b) {
   return ((b.lower - grid.lower).array() >= -rounding).all() && ((grid.upper() - b.upper).array() >= -rounding).all();
 }
 
-/// The grid, grown by whole cells until it holds the bounds, without periodic axes; none if counting in it would take for ever.
+/// The grid, grown by whole cells until it holds the bounds, without periodic axes; none if counting in it would take
+/// forever.
 std::optional<GridGeometry> enlarged(const GridGeometry& grid, const Bounds& b) {
   constexpr double most_cells = 1 << 24;  // per axis
   constexpr double most_tiles = 1 << 22;  // counted in a second
@@ -83,7 +84,7 @@ std::string units_hint(const Shape& shape) {
   visit_meshes(shape, [&](const Mesh& mesh) {
     const double size = (mesh.solid->facts().upper - mesh.solid->facts().lower).maxCoeff();
     hint += fmt::format(
-        "; its mesh is {:.4g} m large: if that is not meant, give 'size', or the file's unit as 'scale' (0.001 "
+        "; its mesh is {:.4g} m large: if that is unintended, give 'size', or the file's unit as 'scale' (0.001 "
         "for millimetres)",
         size);
   });
@@ -115,8 +116,8 @@ double particles_in_shape(const GridGeometry& grid, const Body& body) {
   return most * inside / (n * n * n);
 }
 
-/// Whether a shape with a mesh is so large that it cannot lie in the domain however it is turned: counting its particles to find
-/// out could take for ever.
+/// Whether a shape with a mesh is so large that it cannot lie in the domain however it is turned: counting its particles to
+/// find out could take forever.
 bool far_too_large(const GridGeometry& grid, const Shape& shape) {
   bool has_mesh = false;
   visit_meshes(shape, [&](const Mesh&) { has_mesh = true; });
@@ -195,9 +196,8 @@ void check_colliders(const Scene& scene) {
     if (found >= needed - tolerance) continue;
     const std::string place = c < scene.collider_places.size() ? scene.collider_places[c] + ": " : "";
     faults += fmt::format(
-        "{}{}collider '{}' is {:.3g} m thick, {:.2g} cells: it must be at least 2 cells thick, or material on its one side "
-        "feels "
-        "that on the other; make it {:.3g} m thick or the cells at most {:.3g} m",
+        "{}{}collider '{}' is {:.3g} m thick, {:.2g} cells: it must be at least 2 cells thick, or material on one side "
+        "interacts with material on the other; make it {:.3g} m thick or the cells at most {:.3g} m",
         faults.empty() ? "" : "\n", place, collider.name, found, found / grid.cell_size, needed, 0.5 * found);
   }
   if (!faults.empty()) throw UsageError(faults);

@@ -18,7 +18,7 @@ double usable_count(double count, int step) {
   return std::max(static_cast<double>(fewest_cells), std::round(count / step) * step);
 }
 
-/// "'domain.upper' must leave ... along x: <what is wrong>; 1.05 (21 cells) would do".
+/// "'domain.upper' must leave ... along x: <what is wrong>; 1.05 (21 cells) would fit".
 void suggest_size(const Value& domain, const char* wanted, int axis, double lower, double size, double cell_size, int step,
                   Faults& faults) {
   const double count = usable_count(size / cell_size, step);
@@ -26,7 +26,7 @@ void suggest_size(const Value& domain, const char* wanted, int axis, double lowe
       domain.find("upper")->place,
       fmt::format(
           "the domain is {:.10g} cells of {} m long along {}; it must be {}: '{}.upper' = {:.12g} ({} cells) along {} "
-          "would do",
+          "would fit",
           size / cell_size, cell_size, "xyz"[axis], wanted, domain.path, lower + count * cell_size, count, "xyz"[axis]));
 }
 
@@ -34,7 +34,7 @@ void suggest_size(const Value& domain, const char* wanted, int axis, double lowe
 
 const config::Keys<DomainInput>& keys(config::Of<DomainInput>) {
   static const auto table = config::Keys<DomainInput>(
-                                "The box that material may move in, and the grid that fills it. Every side is a whole "
+                                "The simulated box, and the grid that fills it. Every side is a whole "
                                 "number of cells, at least 4; "
                                 "along periodic axes a multiple of 4.")
                                 .key("lower", &DomainInput::lower, {.about = "Lower corner.", .unit = "m", .required = true})
@@ -99,7 +99,7 @@ bool Codec<GridGeometry>::read(const Value& value, const Rule&, GridGeometry& ou
 }
 
 Value Codec<GridGeometry>::write(const GridGeometry& grid) {
-  // The upper corner only tells the number of cells, hence a round figure serves.
+  // The upper corner only gives the number of cells, so a rounded value is enough.
   DomainInput input{grid.lower, grid.upper(), grid.cell_size};
   for (int axis = 0; axis < 3; ++axis) input.upper[axis] = std::stod(fmt::format("{:.14g}", input.upper[axis]));
   return keys(Of<DomainInput>{}).write(input);

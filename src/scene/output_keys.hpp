@@ -13,31 +13,33 @@ inline config::Names<FloatPrecision> names(config::Of<FloatPrecision>) {
 inline const config::Keys<OutputSettings>& keys(config::Of<OutputSettings>) {
   using S = OutputSettings;
   static const auto table =
-      config::Keys<S>("What a run writes to look at.")
+      config::Keys<S>("Output for visualization and analysis.")
           .key("frame_interval", &S::frame_interval,
                {.about = "Simulated time between frames; 0: no frames.", .unit = "s", .range = config::at_least(0.0)})
           .key("history_interval", &S::history_interval,
                {.about = "Steps between rows of history.csv.", .unit = "steps", .range = config::at_least(1.0)})
           .key("progress_interval", &S::progress_interval,
                {.about = "Wall time between progress lines.", .unit = "s", .range = config::at_least(0.0), .duration = true})
-          .key("fields", &S::fields, {.about = "What frames hold beside the position.", .names = frame_field_names()})
+          .key("fields", &S::fields,
+               {.about = "Fields in frames in addition to the position.", .names = frame_field_names()})
           .key("precision", &S::precision, {.about = "Size of the real numbers in frames."})
           .key("compression", &S::compression,
-               {.about = "Deflate level of frames, 1 to 9; 0: none. Level 1 saves a third to a half of the space; the root "
-                         "compresses alone, some ten times slower than it writes.",
+               {.about =
+                    "Deflate level of frames, 1 to 9; 0: none. Level 1 saves a third to a half of the space; only the root "
+                    "compresses, about ten times slower than it writes.",
                 .range = config::between(0.0, 9.0)})
           .key("grid", &S::grid,
                {.about = "Also write the grid's mass density and velocity; needs a box of tiles for each rank, as "
                          "partition.method \"ranges\" does."})
           .key("tiles", &S::tiles,
-               {.about = "Also write how the work is divided: rank, particles and load of each tile of the grid."});
+               {.about = "Also write the partition: rank, particles and load of each tile of the grid."});
   return table;
 }
 
 inline const config::Keys<CheckpointSettings>& keys(config::Of<CheckpointSettings>) {
   using S = CheckpointSettings;
   static const auto table =
-      config::Keys<S>("When a run writes a file to restart from; that never changes the result.")
+      config::Keys<S>("When a run writes a file to restart from; this never changes the result.")
           .key("steps", &S::step_interval,
                {.about = "Steps between checkpoints; 0: not by steps.", .unit = "steps", .range = config::at_least(0.0)})
           .key("wall_time", &S::wall_interval,
@@ -45,7 +47,7 @@ inline const config::Keys<CheckpointSettings>& keys(config::Of<CheckpointSetting
                 .unit = "s",
                 .range = config::at_least(0.0),
                 .duration = true})
-          .key("keep", &S::keep, {.about = "How many checkpoints stay.", .range = config::at_least(1.0)})
+          .key("keep", &S::keep, {.about = "Number of checkpoints to keep.", .range = config::at_least(1.0)})
           .key("at_end", &S::at_end, {.about = "Also write one at the end of the run."})
           .key("timeout", &S::timeout,
                {.about = "Wall time after which a checkpoint or frame that is still being written ends the run with exit "

@@ -16,23 +16,23 @@ inline config::Names<PartitionMethod> names(config::Of<PartitionMethod>) {
 
 inline const config::Keys<PartitionSettings>& keys(config::Of<PartitionSettings>) {
   static const auto table =
-      config::Keys<PartitionSettings>("How the work is divided among ranks; no result depends on it.")
+      config::Keys<PartitionSettings>("How tiles are assigned to ranks; no result depends on it.")
           .key("method", &PartitionSettings::method,
-               {.about =
-                    "uniform: equal parts of the grid; ranges: boxes of the grid cut so that each costs about as much; "
-                    "hilbert: tiles of 4 x 4 x 4 nodes in the order of a Hilbert curve; metis: tiles grouped with few "
-                    "shared nodes; auto: whichever is predicted to be fastest, changed when that pays. The first two need "
-                    "a box of tiles for each rank, the others work on any number of ranks."})
+               {.about = "uniform: equal parts of the grid; ranges: boxes of the grid of about equal cost; "
+                         "hilbert: tiles of 4 x 4 x 4 nodes in the order of a Hilbert curve; metis: tiles grouped with few "
+                         "shared nodes; auto: the method with the fastest predicted step, changed when that pays. The first "
+                         "two need "
+                         "a box of tiles for each rank, the others work on any number of ranks."})
           .key("decision_interval", &PartitionSettings::decision_interval,
                {.about =
-                    "Steps after which auto checks in any case whether a new map pays; more where checks would take over "
-                    "1 % of the time. It checks earlier when the most loaded rank grows. 0: the map of the start stays.",
+                    "Steps between the imbalance checks of auto; more where checks would take over 1 % of the time. A check "
+                    "is made earlier when the most loaded rank grows. 0: the initial map is kept.",
                 .unit = "steps",
                 .range = config::at_least(0.0)})
           .key("remake_interval", &PartitionSettings::remake_interval,
                {.about =
-                    "Steps between two new maps by the method, whether they pay or not; 0: none. Without it every method "
-                    "but auto keeps the map of the start.",
+                    "Steps between repartitions by the method, without regard to their benefit; 0: none. Then every method "
+                    "except auto keeps the initial map.",
                 .unit = "steps",
                 .range = config::at_least(0.0)});
   return table;

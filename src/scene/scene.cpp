@@ -59,7 +59,7 @@ void require_different_names(const Value& root, const char* list_key, Faults& fa
   }
 }
 
-/// Frames hold the internal variables of the scene's laws, unless the scene says what they hold.
+/// Frames hold the internal variables of the scene's laws, unless the scene lists their fields.
 void choose_frame_fields(const Value& root, Scene& scene, Faults& faults) {
   const OptionalFields present = internal_fields(scene.materials);
   const Value* output = root.find("output");
@@ -75,19 +75,15 @@ void choose_frame_fields(const Value& root, Scene& scene, Faults& faults) {
   }
 }
 
-/// As many frames and steps as a run can count, in files and in the digits of the time.
-void check_counts(const Value& root, const Scene& scene, Faults& faults) {
-  constexpr double most_frames = 1e6, most_steps = 1e15;
-  const auto require = [&](const char* table, const char* key, double interval, double most, const char* what) {
-    if (interval == 0.0 || scene.time_stepping.end_time / interval <= most) return;
-    faults.add(
-        root.find(table)->find(key)->place,
-        fmt::format("'{}.{}' is {}; it must be at least {:g}, or there are more than {:g} {} until 'time.end' = {}", table,
-                    key, interval, scene.time_stepping.end_time / most, most, what, scene.time_stepping.end_time));
-  };
-  require("output", "frame_interval", scene.output.frame_interval, most_frames, "frames");
-  require("time", "step", scene.time_stepping.dt_fixed, most_steps, "steps");
-  require("time", "largest_step", scene.time_stepping.dt_max, most_steps, "steps");
+/// As many frames as a run can count, in files.
+void check_frame_count(const Value& root, const Scene& scene, Faults& faults) {
+  constexpr double most_frames = 1e6;
+  const double interval = scene.output.frame_interval, end = scene.time_stepping.end_time;
+  if (interval == 0.0 || end / interval <= most_frames) return;
+  faults.add(root.find("output")->find("frame_interval")->place,
+             fmt::format("'output.frame_interval' is {}; it must be at least {:g}, or there are more than {:g} frames until "
+                         "'time.end' = {}",
+                         interval, end / most_frames, most_frames, end));
 }
 
 /// What several tables have to agree on, and the members that follow from several tables.
@@ -99,7 +95,7 @@ void join_tables(const Value& root, Scene& scene, Faults& faults) {
   require_different_names(root, "bodies", faults);
   require_different_names(root, "colliders", faults);
   assign_materials(root, scene, faults);
-  check_counts(root, scene, faults);
+  check_frame_count(root, scene, faults);
   choose_frame_fields(root, scene, faults);
   for (const Value& body : root.find("bodies")->items) scene.body_places.push_back(body.place.text());
   if (const Value* colliders = root.find("colliders"))
@@ -108,8 +104,8 @@ void join_tables(const Value& root, Scene& scene, Faults& faults) {
 
 const config::Keys<Scene>& scene_keys() {
   static const auto table =
-      config::Keys<Scene>("Keys that stand before the first table.")
-          .key("title", &Scene::title, {.about = "A line for people."})
+      config::Keys<Scene>("Keys before the first table.")
+          .key("title", &Scene::title, {.about = "Human-readable title."})
           .key("gravity", &Scene::gravity, {.about = "Acceleration of gravity.", .unit = "m/s^2"})
           .key(
               "acceleration_field", &Scene::acceleration_field,
@@ -125,12 +121,12 @@ const config::Keys<Scene>& scene_keys() {
           .key("time", &Scene::time_stepping, {.about = "Duration and time step.", .required = true})
           .key("transfer", &Scene::transfer, {.about = "Particle-grid transfer."})
           .key("materials", &Scene::materials, {.about = "Materials by name.", .required = true})
-          .key("bodies", &Scene::bodies, {.about = "What there is at the start.", .required = true})
+          .key("bodies", &Scene::bodies, {.about = "Pieces of material at the start.", .required = true})
           .key("colliders", &Scene::colliders, {.about = "Rigid obstacles, fixed or moving.", .default_text = "none"})
           .key("boundaries", &Scene::faces, {.about = "The faces of the domain."})
-          .key("output", &Scene::output, {.about = "What is written to look at."})
-          .key("checkpoint", &Scene::checkpoint, {.about = "What is written to restart from."})
-          .key("partition", &Scene::partition, {.about = "Division of the work."})
+          .key("output", &Scene::output, {.about = "Output for visualization and analysis."})
+          .key("checkpoint", &Scene::checkpoint, {.about = "Output for restarts."})
+          .key("partition", &Scene::partition, {.about = "Domain decomposition."})
           .check(join_tables);
   return table;
 }
@@ -157,6 +153,7 @@ Scene parse_scene(const std::string& text, const std::string& file_name, const s
   Scene scene;
   scene_keys().read(root, scene, faults);
   faults.throw_if_any();
+  scene.warnings = faults.warnings();
   resolve_mesh_files(file_name, scene);
   scene.effective_text = effective_text(scene);
   return scene;
@@ -166,9 +163,13 @@ std::string effective_text(const Scene& scene) {
   return "# The effective input of a run: every key, defaults included.\n" + config::print_toml(scene_keys().write(scene));
 }
 
-std::string input_reference() {
+std::vector<config::TableText> input_tables() {
   std::vector<config::TableText> sections;
   scene_keys().describe("Top level", "", sections);
+  return sections;
+}
+
+std::string input_reference() {
   return "# The scene file\n\n"
          "A scene is a TOML file. Units are SI. Every key is listed here; any other key is an error. Where a number is "
          "wanted,\n"
@@ -185,7 +186,7 @@ std::string input_reference() {
          "brackets 32 "
          "deep\nand formulas of 4000 characters.\n\n"
          "This page is printed by `bulkley input-reference`; do not edit it.\n\n" +
-         config::print_reference(sections);
+         config::print_reference(input_tables());
 }
 
 }  // namespace bulkley

@@ -1,5 +1,5 @@
 #pragma once
-// Everything a scene file says.
+// Everything in a scene file.
 
 #include <functional>
 #include <optional>
@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "balance/partition_settings.hpp"
+#include "bulkley/config/rule.hpp"
 #include "grid/boundary.hpp"
 #include "kernel/transfer.hpp"
 #include "material/material.hpp"
@@ -34,6 +35,7 @@ struct Scene {
   std::vector<std::string> body_places;      ///< "file:line:column" of each body, for messages; may be empty
   std::vector<std::string> collider_places;  ///< of each collider
   std::string effective_text;                ///< the effective input as TOML; parsing it gives this scene again
+  std::vector<std::string> warnings;         ///< about accepted input, each "file:line:column: sentence"
 };
 
 /// Parses and checks a scene. `overrides`: "key.path=value" strings; entries of a list go by index or name
@@ -61,9 +63,13 @@ BodySurvey survey_alone();
 /// `survey` is.
 void check_bodies(const Scene& scene, const BodySurvey& survey = survey_alone());
 
-/// Colliders must be thicker than two cells: a thinner one does not keep the material on its two sides apart. Throws UsageError
-/// with one sentence per fault and line, each with the thickness that is needed. Not collective (alike on every rank).
+/// Colliders must be thicker than two cells: a thinner one does not keep the material on its two sides apart. Throws
+/// UsageError with one sentence per fault and line, each with the required thickness. Not collective (the same on every
+/// rank).
 void check_colliders(const Scene& scene);
+
+/// Every key by table, in the order of docs/input.md. Not collective.
+std::vector<config::TableText> input_tables();
 
 /// The page docs/input.md: every key with type, unit, default, range and meaning, in Markdown. Not collective.
 std::string input_reference();

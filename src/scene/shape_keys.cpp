@@ -102,7 +102,7 @@ const Keys<Capsule>& keys(config::Of<Capsule>) {
 
 const Keys<Ellipsoid>& keys(config::Of<Ellipsoid>) {
   static const auto table =
-      Keys<Ellipsoid>("An ellipsoid with its axes along x, y and z; `rotation` turns it.", {nowhere, nowhere})
+      Keys<Ellipsoid>("An ellipsoid with its axes along x, y and z; `rotation` rotates it.", {nowhere, nowhere})
           .key("center", &Ellipsoid::center, {.about = "Centre.", .unit = "m", .required = true})
           .key("radii", &Ellipsoid::radii, {.about = "Half axes along x, y, z, each > 0.", .unit = "m", .required = true})
           .check([](const Value& value, Ellipsoid& ellipsoid, Faults& faults) {
@@ -131,13 +131,13 @@ const Keys<Mesh>& keys(config::Of<Mesh>) {
   static const auto table =
       Keys<Mesh>("What a triangle mesh encloses, with or without holes (docs/meshes.md).")
           .key("file", &Mesh::file,
-               {.about = "An OBJ, STL or PLY file, by a path that starts at the scene file's folder; or `builtin:hare` or "
+               {.about = "An OBJ, STL or PLY file, by a path relative to the scene file's folder; or `builtin:hare` or "
                          "`builtin:dragon`, figures that need no file.",
                 .required = true})
           .key("up", &Mesh::up,
                {.about =
-                    "The axis of the file that points up, along z: `y` turns the mesh by a quarter about x, `x` about y. "
-                    "This comes before all else."})
+                    "The axis of the file that points up, along z: `y` rotates the mesh by 90 degrees about x, `x` about y. "
+                    "This is applied first."})
           .key("scale", &Mesh::scale, {.about = "Length of the file's unit.", .unit = "m", .range = length})
           .only_with("no size", [](const Mesh& mesh) { return !mesh.size; })
           .key("size", &Mesh::size,
@@ -146,7 +146,7 @@ const Keys<Mesh>& keys(config::Of<Mesh>) {
                 .range = length,
                 .default_text = "by `scale`"})
           .key("center", &Mesh::center,
-               {.about = "Where the centre of the mesh's bounds goes.", .unit = "m", .default_text = "as in the file"})
+               {.about = "Position of the centre of the mesh's bounds.", .unit = "m", .default_text = "as in the file"})
           .check([](const Value& value, Mesh& mesh, Faults& faults) {
             const Value& file = *value.find("file");
             mesh.place = file.place.text();
@@ -184,7 +184,7 @@ const Keys<Difference>& keys(config::Of<Difference>) {
 
 const Keys<RotationInput>& keys(config::Of<RotationInput>) {
   static const auto table =
-      Keys<RotationInput>("A turn about an axis.")
+      Keys<RotationInput>("A rotation about an axis.")
           .key("axis", &RotationInput::axis,
                {.about = "Direction of the axis; its length does not matter but may not be 0."})
           .key("angle", &RotationInput::angle,
@@ -199,10 +199,10 @@ const Keys<RotationInput>& keys(config::Of<RotationInput>) {
 
 const Keys<PlacementInput>& keys(config::Of<PlacementInput>) {
   static const auto table =
-      Keys<PlacementInput>("Keys that a shape of any type may carry: it is turned first, then moved.")
-          .key("rotation", &PlacementInput::rotation, {.about = "Turn of the shape.", .default_text = "none"})
+      Keys<PlacementInput>("Keys of shapes of any type: the shape is rotated first, then translated.")
+          .key("rotation", &PlacementInput::rotation, {.about = "Rotation of the shape.", .default_text = "none"})
           .key("translation", &PlacementInput::translation,
-               {.about = "Shift of the shape after its turn.", .unit = "m", .default_text = "none"});
+               {.about = "Translation of the shape after its rotation.", .unit = "m", .default_text = "none"});
   return table;
 }
 

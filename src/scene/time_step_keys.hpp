@@ -22,22 +22,26 @@ inline const config::Keys<TimeStepSettings>& keys(config::Of<TimeStepSettings>) 
   static const auto table =
       config::Keys<S>("How long the run lasts, and its time step (docs/theory.md, \"Time step\").")
           .key("end", &S::end_time, {.about = "End of the run.", .unit = "s", .range = config::above(0.0), .required = true})
-          .key("mode", &S::mode, {.about = "Whether the time step follows the limits or is given."})
-          .key("step", &S::dt_fixed, {.about = "The time step.", .unit = "s", .range = config::above(0.0), .required = true})
+          .key("mode", &S::mode, {.about = "Whether the time step follows the limits or is fixed."})
+          .key("dt", &S::dt_fixed, {.about = "The time step.", .unit = "s", .range = config::above(0.0), .required = true})
+          .formerly("step")
           .only_with("mode = \"fixed\"", fixed)
           .key("allow_unstable", &S::allow_unstable,
                {.about = "Warn of a time step above the limits instead of refusing it."})
           .only_with("mode = \"fixed\"", fixed)
-          .key("initial_step", &S::dt_initial,
+          .key("dt_initial", &S::dt_initial,
                {.about = "First time step; 0: a tenth of the limit at the start.",
                 .unit = "s",
                 .range = config::at_least(0.0)})
-          .key("largest_step", &S::dt_max,
-               {.about = "Largest time step; 0: whatever the limits allow.", .unit = "s", .range = config::at_least(0.0)})
-          .key("smallest_step", &S::dt_min,
+          .formerly("initial_step")
+          .key("dt_max", &S::dt_max,
+               {.about = "Largest time step; 0: no limit of its own.", .unit = "s", .range = config::at_least(0.0)})
+          .formerly("largest_step")
+          .key("dt_min", &S::dt_min,
                {.about = "Time step below which the run fails; 0: 1e-6 of the first limit.",
                 .unit = "s",
                 .range = config::at_least(0.0)})
+          .formerly("smallest_step")
           .key("cfl", &S::cfl,
                {.about = "Largest part of a cell that a particle may cross in a step.", .range = config::above_to(0.0, 0.5)})
           .key("elastic_cfl", &S::elastic_cfl,
@@ -63,16 +67,21 @@ inline const config::Keys<TimeStepSettings>& keys(config::Of<TimeStepSettings>) 
           .key("largest_volume_ratio", &S::largest_volume_ratio,
                {.about = "The run fails when a particle grows to more than this multiple of its volume.",
                 .range = config::at_least(1.0)})
-          .check([](const config::Value& value, S& s, config::Faults& faults) {
+          .check([](const config::Value& table, S& s, config::Faults& faults) {
+            constexpr double most_steps = 1e15;  // as many as a run can count, in the digits of the time
+            for (const auto& [key, dt] : {std::pair("dt", s.dt_fixed), std::pair("dt_max", s.dt_max)})
+              if (dt > 0.0 && s.end_time / dt > most_steps)
+                faults.add(
+                    table.find(key)->place,
+                    fmt::format("'{}' is {}; it must be at least {:g}, or there are more than {:g} steps until "
+                                "'{}.end' = {}",
+                                table.find(key)->path, dt, s.end_time / most_steps, most_steps, table.path, s.end_time));
             if (s.dt_max == 0.0) return;
-            if (s.dt_min > s.dt_max)
-              faults.add(value.find("smallest_step")->place,
-                         fmt::format("'{}.smallest_step' is {}; it must be at most 'largest_step' = {}", value.path,
-                                     s.dt_min, s.dt_max));
-            if (s.dt_initial > s.dt_max)
-              faults.add(value.find("initial_step")->place,
-                         fmt::format("'{}.initial_step' is {}; it must be at most 'largest_step' = {}", value.path,
-                                     s.dt_initial, s.dt_max));
+            for (const auto& [key, dt] : {std::pair("dt_min", s.dt_min), std::pair("dt_initial", s.dt_initial)})
+              if (dt > s.dt_max)
+                faults.add(table.find(key)->place,
+                           fmt::format("'{}' is {}; it must be at most '{}' = {}", table.find(key)->path, dt,
+                                       table.find("dt_max")->path, s.dt_max));
           });
   return table;
 }

@@ -20,19 +20,19 @@ config::Names<GradientForm> names(config::Of<GradientForm>) {
 const config::Keys<TransferSettings>& keys(config::Of<TransferSettings>) {
   using S = TransferSettings;
   static const auto table =
-      config::Keys<S>("How momentum passes between particles and grid.")
+      config::Keys<S>("How momentum is transferred between particles and grid.")
           .key("scheme", &S::scheme,
-               {.about = "PIC damps, FLIP keeps all noise, blend mixes the two, APIC keeps angular momentum."})
+               {.about = "PIC damps, FLIP keeps all noise, blend mixes the two, APIC conserves angular momentum."})
           .key("order", &S::order, {.about = "Degree of the B-spline weights."})
           .key("gradient", &S::gradient,
                {.about =
                     "Form of the velocity gradient and of the internal forces: by moving least squares, or by the gradients "
                     "of the weights."})
-          .key("flip_ratio", &S::flip_ratio, {.about = "Share of FLIP in the blend.", .range = config::between(0.0, 1.0)})
+          .key("flip_ratio", &S::flip_ratio, {.about = "Weight of FLIP in the blend.", .range = config::between(0.0, 1.0)})
           .only_with("scheme = \"blend\"", [](const S& s) { return s.scheme == TransferScheme::blend; })
           .key("affine_damping", &S::affine_damping,
                {.about =
-                    "Share of the symmetric part of the affine matrix that each step takes away; 1 keeps the rotation only.",
+                    "Fraction of the symmetric part of the affine matrix that each step removes; 1 keeps the rotation only.",
                 .range = config::between(0.0, 1.0)})
           .only_with("scheme = \"apic\"", [](const S& s) { return s.scheme == TransferScheme::apic; });
   return table;

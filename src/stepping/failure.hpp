@@ -9,7 +9,7 @@
 
 namespace bulkley {
 
-/// No step can be taken, or the one taken must not be followed by another. Thrown alike on every rank.
+/// No step can be taken, or the one taken must not be followed by another. Thrown on every rank.
 struct NoStep : RunError {
   /// `at_fault`: id of the particle, or -1 where it is none in particular.
   NoStep(const std::string& what, GlobalIndex at_fault, std::string what_to_try)
@@ -19,7 +19,7 @@ struct NoStep : RunError {
   std::string advice;
 };
 
-/// The end of a run by its physics: one sentence with particle, position, material and advice. Thrown alike on every rank.
+/// The end of a run by its physics: one sentence with particle, position, material and advice. Thrown on every rank.
 struct StepFailure : RunError {
   StepFailure(const std::string& text, std::optional<Vec3> where) : RunError(text), place(std::move(where)) {}
 

@@ -15,16 +15,16 @@ namespace bulkley {
 namespace {
 // The deformation predicted from the last step stays this far below the limit, so that small growth is not a rejection.
 constexpr double prediction_margin = 0.8;
-// A step is judged beforehand when the deformation expected from the last step, or from contact at the present speed
+// A step is checked in advance when the deformation expected from the last step, or from contact at the present speed
 // (a stencil reaches a wall by (v dt / dx)^2), comes within this factor of the limit.
 constexpr double risk_factor = 2.0;
 constexpr double contact_factor = 4.0;
-constexpr double default_smallest_step = 1e-6;  // of the first limit
-constexpr double default_initial_step = 0.1;    // of the first limit
-constexpr GlobalIndex longest_wait = 1000;      // steps
+constexpr double default_dt_min = 1e-6;     // of the first limit
+constexpr double default_dt_initial = 0.1;  // of the first limit
+constexpr GlobalIndex longest_wait = 1000;  // steps
 
 double dt_min(const TimeStepSettings& settings, const TimeStepState& state) {
-  return settings.dt_min > 0.0 ? settings.dt_min : default_smallest_step * state.dt_first_limit;
+  return settings.dt_min > 0.0 ? settings.dt_min : default_dt_min * state.dt_first_limit;
 }
 }  // namespace
 
@@ -76,8 +76,8 @@ TimeStepLimit time_step_limit(const TimeStepSettings& settings, double cell_size
 
 namespace {
 
-constexpr const char* advice_on_fixed_step = "choose a smaller time.step, mode = \"adaptive\", or allow_unstable = true";
-constexpr const char* advice_on_smallest_step = "see what drives it there, or set a smaller time.smallest_step";
+constexpr const char* advice_on_dt_fixed = "choose a smaller time.dt, mode = \"adaptive\", or allow_unstable = true";
+constexpr const char* advice_on_dt_min = "see what drives it there, or set a smaller time.dt_min";
 
 std::string of_particle(GlobalIndex id) { return id < 0 ? "" : fmt::format(" (particle {})", id); }
 
@@ -100,7 +100,7 @@ std::string excess_of_fixed_step(const TimeStepSettings& settings, const TimeSte
 std::string fixed_step_fault(const TimeStepSettings& settings, double cell_size, const StepBounds& bounds) {
   if (settings.mode != TimeStepMode::fixed) return {};
   const auto limit = exceeded_limit(settings, cell_size, bounds, 0.0);
-  return limit ? fmt::format("{}; {}", excess_of_fixed_step(settings, *limit), advice_on_fixed_step) : std::string();
+  return limit ? fmt::format("{}; {}", excess_of_fixed_step(settings, *limit), advice_on_dt_fixed) : std::string();
 }
 
 namespace {
@@ -124,7 +124,7 @@ void clip(double remaining, TimeStepPlan& plan) {
 TimeStepPlan plan_fixed(const TimeStepSettings& settings, double cell_size, const StepBounds& bounds, double collider_speed,
                         double remaining) {
   if (const auto limit = exceeded_limit(settings, cell_size, bounds, collider_speed); limit && !settings.allow_unstable)
-    throw NoStep(excess_of_fixed_step(settings, *limit), limit->id, advice_on_fixed_step);
+    throw NoStep(excess_of_fixed_step(settings, *limit), limit->id, advice_on_dt_fixed);
   TimeStepPlan plan{settings.dt_fixed, Limiter::fixed, -1, false, false, false, true};
   clip(remaining, plan);
   return plan;
@@ -136,7 +136,7 @@ TimeStepPlan plan_step(const TimeStepSettings& settings, double cell_size, const
                        double remaining, TimeStepState& state) {
   const TimeStepLimit limit = time_step_limit(settings, cell_size, bounds, collider_speed);
   if (!std::isfinite(limit.dt) && settings.mode == TimeStepMode::adaptive && settings.dt_initial <= 0.0)
-    throw NoStep("nothing limits the time step (no particle moves or has stiffness)", -1, "set time.largest_step");
+    throw NoStep("nothing limits the time step (no particle moves or has stiffness)", -1, "set time.dt_max");
   if (state.dt_first_limit == 0.0) {
     state.dt_first_limit = std::isfinite(limit.dt) ? limit.dt : settings.dt_initial;
     state.wait = settings.trial_interval;
@@ -144,11 +144,11 @@ TimeStepPlan plan_step(const TimeStepSettings& settings, double cell_size, const
   if (settings.mode == TimeStepMode::fixed) return plan_fixed(settings, cell_size, bounds, collider_speed, remaining);
 
   if (state.dt_stable == 0.0)
-    state.dt_stable = std::min(settings.dt_initial > 0.0 ? settings.dt_initial : default_initial_step * limit.dt, limit.dt);
+    state.dt_stable = std::min(settings.dt_initial > 0.0 ? settings.dt_initial : default_dt_initial * limit.dt, limit.dt);
   if (limit.dt < dt_min(settings, state))
     throw NoStep(fmt::format("the {} limit of {:.6g} s{} is below the smallest time step of {:.6g} s", name(limit.limiter),
                              limit.dt, of_particle(limit.id), dt_min(settings, state)),
-                 limit.id, advice_on_smallest_step);
+                 limit.id, advice_on_dt_min);
   // A limit that has shrunk below the stable step counts at once.
   const double stable = std::min(state.dt_stable, limit.dt);
   const auto propose = [&](double dt) {
@@ -163,7 +163,7 @@ TimeStepPlan plan_step(const TimeStepSettings& settings, double cell_size, const
   TimeStepPlan plan = propose(stable);
   if (stable < limit.dt && state.since_trial >= state.wait) {
     const TimeStepPlan trial = propose(std::min(limit.dt, settings.growth * stable));
-    if (trial.full) plan = trial;  // one that an output would clip is put off, for it would prove nothing
+    if (trial.full) plan = trial;  // one that an output would clip is postponed: it would not be a full test
   }
 
   const double expected = plan.dt * bounds.motion.velocity_gradient.value;
@@ -194,7 +194,7 @@ void reject_step(const TimeStepSettings& settings, const TimeStepPlan& plan, con
     throw NoStep(fmt::format("the time step would fall below its smallest value of {:.6g} s: even that step deforms a "
                              "particle by more than {:.3g}",
                              smallest, settings.deformation_limit),
-                 motion.motion.velocity_gradient.id, advice_on_smallest_step);
+                 motion.motion.velocity_gradient.id, advice_on_dt_min);
   state.dt_stable = std::max(0.5 * plan.dt, smallest);
 }
 

@@ -45,7 +45,7 @@ struct TimeStepState {
   GlobalIndex n_steps = 0;
   GlobalIndex n_trials = 0;
   GlobalIndex n_accepted = 0;         ///< trials accepted
-  GlobalIndex n_rejected = 0;         ///< steps judged bad before they were taken, trials or not
+  GlobalIndex n_rejected = 0;         ///< steps rejected before they were taken, trials or not
   GlobalIndex n_unchecked_large = 0;  ///< steps taken without a check that turned out to deform more than the limit
 };
 
@@ -62,7 +62,7 @@ struct TimeStepPlan {
   Limiter limiter;
   GlobalIndex id;  ///< of the particle that limits, or -1
   bool trial;      ///< larger than the last stable step
-  bool checked;    ///< must be judged before particles change
+  bool checked;    ///< must be checked before particles change
   bool lands;      ///< ends exactly at the next output time
   bool full;       ///< not clipped
 };
@@ -78,7 +78,7 @@ std::string fixed_step_fault(const TimeStepSettings& settings, double cell_size,
 
 /// The step to try next, with `remaining` seconds to the next output time. Starts `state` at the first call.
 /// Throws NoStep when a fixed step is above the limits and that is not allowed, when the limit is below the smallest step, and
-/// when there is none. Not collective (alike on every rank).
+/// when there is none. Not collective (the same on every rank).
 TimeStepPlan plan_step(const TimeStepSettings& settings, double cell_size, const StepBounds& bounds, double collider_speed,
                        double remaining, TimeStepState& state);
 
@@ -87,7 +87,7 @@ TimeStepPlan plan_step(const TimeStepSettings& settings, double cell_size, const
 bool is_acceptable(const TimeStepSettings& settings, double cell_size, const TimeStepPlan& plan, const StepBounds& motion);
 
 /// After a bad step: a trial falls back to the last stable step and doubles the wait; any other halves the stable step.
-/// `motion`: what the plan was judged by. Throws NoStep below the smallest step. Not collective.
+/// `motion`: the motion that the plan was checked with. Throws NoStep below the smallest step. Not collective.
 void reject_step(const TimeStepSettings& settings, const TimeStepPlan& plan, const StepBounds& motion, TimeStepState& state);
 
 /// After a step was taken; `bounds` are those it ended with. Not collective.

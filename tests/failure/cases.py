@@ -1,6 +1,6 @@
-"""The failure cases: what is spoilt, and the exit code and sentence that must follow.
+"""The failure cases: what is wrong, and the exit code and sentence that must follow.
 
-A case edits the text of base.toml (`replace`: old -> new, `append`: lines at the end), or runs other arguments, or spoils
+A case edits the text of base.toml (`replace`: old -> new, `append`: lines at the end), or runs other arguments, or damages
 files first (`prepare`). In arguments {scene} is the scene file; `sentence` is a regular expression for the output.
 """
 
@@ -117,7 +117,7 @@ def escape(folder, program, scene):
 
 
 FEW_TILES = {"cell_size = 0.01": "cell_size = 0.02"}
-FIXED_STEP = {"end = 0.01": 'end = 0.01\nmode = "fixed"\nstep = 0.005'}
+FIXED_STEP = {"end = 0.01": 'end = 0.01\nmode = "fixed"\ndt = 0.005'}
 RESTART = ["run", "{scene}", "--out", "out", "--restart"]
 RESTART_FILE = ["run", "{scene}", "--out", "out", "--restart", "out/checkpoint_000000005.h5"]
 INFO = ["info", "out/checkpoint_000000005.h5"]
@@ -128,6 +128,12 @@ CASES = [
          replace={"density = 200.0": "density_ = 200.0"}),
     Case("unknown_table", USAGE, r"scene\.toml:\d+:\d+: .*gravty.*did you mean 'gravity'",
          replace={'title = "ball"': "gravty = [0, 0, -9.81]"}),
+    Case("old_name_of_a_key", 0, r"warning: scene\.toml:11:1: 'time\.largest_step' is now called 'time\.dt_max'; the old name is "
+         r"accepted in this version only", replace={"end = 0.01": "end = 0.01\nlargest_step = 1"}),
+    Case("old_name_in_check", 0, r"warning: --set time\.largest_step=1: 'time\.largest_step' is now called 'time\.dt_max'",
+         arguments=["check", "{scene}", "--set", "time.largest_step=1"]),
+    Case("both_names_of_a_key", USAGE, r"scene\.toml:11:1: 'time\.largest_step' and 'time\.dt_max' are both given",
+         replace={"end = 0.01": "end = 0.01\nlargest_step = 1\ndt_max = 1"}),
     Case("repeated_key", USAGE, r"scene\.toml:15:\d+: .*density.*twice",
          replace={"density = 200.0": "density = 200.0\ndensity = 300.0"}),
     Case("missing_key", USAGE, r"scene\.toml:\d+:\d+: .*cell_size.*missing", replace={"cell_size = 0.01": ""}),
@@ -220,17 +226,17 @@ particles_per_cell = 8
          replace={"end = 0.01": "end = 0.1\nlargest_volume_ratio = 1.001", "[0.0, 0.0, -1.0]": "[0.0, 0.0, -5.0]"}),
     Case("more_than_a_cell_a_step", FAILED, r"a particle moves 1\.25 cells in a step of 0\.0005 s: particle \d+ of material 'fluid' "
          r"at \(.*\) m with speed 25\.0\d+ m/s .*saved in out/failure_000000001\.h5",
-         replace={"end = 0.01": 'end = 0.01\nmode = "fixed"\nstep = 0.0005\nallow_unstable = true',
+         replace={"end = 0.01": 'end = 0.01\nmode = "fixed"\ndt = 0.0005\nallow_unstable = true',
                   "[0.0, 0.0, -1.0]": "[0.0, 0.0, -25.0]"}),
     Case("turned_inside_out", FAILED, r"\d+ particles turned inside out .* the first is particle \d+ of material 'fluid' at \(.*\) m "
          r".*; try smaller factors of the time step .*saved in out/failure_000000001\.h5",
-         replace={"end = 0.01": 'end = 0.01\nmode = "fixed"\nstep = 0.002\nallow_unstable = true',
+         replace={"end = 0.01": 'end = 0.01\nmode = "fixed"\ndt = 0.002\nallow_unstable = true',
                   "velocity = [0.0, 0.0, -1.0]": 'velocity_field = ["-700 * (x - 0.08)", "0", "0"]'}),
     Case("time_step_too_small", FAILED, r"the elastic limit of .* s \(particle \d+\) is below the smallest time step of 0\.0005 s: "
          r"particle \d+ of material 'fluid' at \(.*\) m .*; see what drives it there.*saved in out/failure_000000001\.h5",
-         replace={"end = 0.01": "end = 0.01\nsmallest_step = 5e-4"}),
+         replace={"end = 0.01": "end = 0.01\ndt_min = 5e-4"}),
     Case("info_of_what_was_around", 0, r"frame 0 of step 1, .*\n912 particles(.|\n)*checksums are right", prepare=escape, arguments=["info", "out/failure_000000001.h5"],
          replace={"velocity = [0.0, 0.0, -1.0]": "velocity = [20.0, 0.0, 0.0]",
-                  "end = 0.01": 'end = 0.01\nmode = "fixed"\nstep = 0.05\nallow_unstable = true'},
+                  "end = 0.01": 'end = 0.01\nmode = "fixed"\ndt = 0.05\nallow_unstable = true'},
          append='[boundaries]\nx_upper = "open"\n'),
 ]

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Damaged, wrong and foreign checkpoints: each is refused in one sentence with the file and the fault, or it holds what it should.
 
-A checkpoint is cut off, gets flipped bits everywhere, and is made wrong with every checksum right. `bulkley info` judges them
+A checkpoint is truncated, gets flipped bits everywhere, and is changed with matching checksums. `bulkley info` judges them
 all; restarts from some must fail alike, leave the checkpoint before untouched, say so in status.json, and fall back on it with
 a warning where no file is named. A flip that goes unnoticed must be in bytes that nothing uses: `compare` says `identical`.
 """
@@ -168,7 +168,7 @@ WRONG = [
 ]
 # `info` looks for a checkpoint in a folder, and may be given the name of one.
 OTHER_FOR_INFO = {"folder": "holds no whole checkpoint", "dangling_link": "no such file or folder"}
-# Refused by a restart alone: only the scene tells that they are wrong. name, what is done, sentence, exit code.
+# Refused by a restart alone: only the scene shows that they are wrong. name, what is done, sentence, exit code.
 WRONG_FOR_THE_SCENE = [
     ("outside", set_values("position", set_at(8, 7.0)), "holds particles outside the domain", 2),
     ("other_materials", change_header(lambda file: file.attrs.modify("materials", numpy.bytes_(b"honey"))), "honey.*fluid", 2),
@@ -176,7 +176,7 @@ WRONG_FOR_THE_SCENE = [
     ("no_state", lambda path: change_header(lambda file: file["state/reals"].attrs.__delitem__("last_step"))(path),
      "does not hold 'last_step'", 3),
 ]
-# Those that are restarted from, too, and those without naming a file, and on three ranks; the others are alike.
+# Those that are restarted from, too, and those without naming a file, and on three ranks; the others are equal.
 RESTARTED = {"velocity_nan", "id_twice", "id_twice_far_apart", "id_all_the_same", "material_out_of_range", "no_ids",
              "mass_float32", "newer_format", "empty", "folder", "noise", "too_many_particles"}
 FALL_BACK = {"velocity_nan", "id_twice_far_apart", "empty", "too_many_particles"}
@@ -190,7 +190,7 @@ class Bench:
         self.slowest = 0.0
         run = program.run([*RUN, "--out", "whole"], 2, work, 60)
         if run.code != 0:
-            fail("the run that is to be spoilt failed", run)
+            fail("the run that is to be damaged failed", run)
         self.bytes = (work / "whole" / LAST).read_bytes()
 
     def fresh(self):
@@ -226,14 +226,14 @@ class Bench:
         self.fresh()
         dice = random.Random(11)
         places = [min(begin + dice.randrange(512), len(self.bytes) - 1) for begin in range(0, len(self.bytes), 512)]
-        places += range(0, 96)  # where the file says what it is
+        places += range(0, 96)  # the signature of the file
         places += [dice.randrange(len(self.bytes)) for _ in range(60)]
         if not every:
             places = places[:: 8]
         for place in places:
-            spoilt = bytearray(self.bytes)
-            spoilt[place] ^= 1 << dice.randrange(8)
-            self.file.write_bytes(spoilt)
+            damaged = bytearray(self.bytes)
+            damaged[place] ^= 1 << dice.randrange(8)
+            self.file.write_bytes(damaged)
             if not self.info(f"flip_at_{place}", NEW):
                 compare = self.call(f"flip_at_{place}", ["compare", f"whole/{LAST}", f"out/{LAST}"])
                 if compare.code != 0 or "identical" not in compare.text:
@@ -261,7 +261,7 @@ class Bench:
     def fall_back(self, name, sentence, ranks):
         """Without a file the checkpoint before is taken, and leads to the same end."""
         outcome = self.call(name, [*RUN, "--out", "out", "--restart"], ranks)
-        if outcome.code != 0 or not re.search(f"warning: checkpoint passed over: .*{sentence}", outcome.text):
+        if outcome.code != 0 or not re.search(f"warning: checkpoint skipped: .*{sentence}", outcome.text):
             fail(f"{name}: no warning, or the checkpoint before was not used", outcome)
         compare = self.call(name, ["compare", f"whole/{LAST}", f"out/{LAST}"])
         if compare.code != 0:
@@ -282,7 +282,7 @@ class Bench:
                 continue
             for ranks in (1, 3) if every or name in FALL_BACK else (1,):
                 self.refused_restart(name, sentence, ranks)
-            if name in FALL_BACK or every and name != "folder":  # which nobody removes
+            if name in FALL_BACK or every and name != "folder":  # which is never removed
                 self.fall_back(name, sentence, 3 if name.startswith("id_twice") else 1)
         for name, work, sentence, code in WRONG_FOR_THE_SCENE:
             self.fresh()
@@ -298,7 +298,7 @@ class Bench:
         outcome = self.call("harmless", restart + [part for change in harmless for part in ("--set", change)], 2)
         if outcome.code != 0 or "is not this one" in outcome.text:
             fail("a change of title, end, output, checkpoint or partition stops a restart", outcome)
-        # Frames at other times than before: time goes on, and the numbers of the frames too.
+        # Frames at other times than before: time and the numbers of the frames continue.
         self.fresh()
         frames = ["--set", "output.history_interval=1", "--set"]
         self.call("first_frames", [*RUN, "--out", "framed", *frames, "output.frame_interval=2e-5"])

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Spoils checkpoints in hundreds of ways; each must be refused in one sentence, or be harmless (checkpoint_faults.py).
+# Damages checkpoints in hundreds of ways; each must be refused in one sentence, or be harmless (checkpoint_faults.py).
 #   tests/failure/checkpoint_faults.sh [--all]
 . "$(dirname "${BASH_SOURCE[0]}")/environment.sh"
 failure_test checkpoint_faults "$@"

@@ -125,8 +125,8 @@ INPUT_CASES = [
     value("body_of_too_many_particles", CELL, "cell_size = 1e-6", "would be filled with some .* particles|2\\^31 tiles"),
     value("endless_frames", "at_end = true", "at_end = true\n[output]\nframe_interval = 1e-99",
           PLACE + r"'output\.frame_interval' is 1e-99; it must be at least 1e-08, or there are more than 1e\+06 frames"),
-    value("endless_steps", "end = 0.01", 'end = 0.01\nmode = "fixed"\nstep = 1e-99',
-          PLACE + r"'time\.step' is 1e-99; .* steps"),
+    value("endless_steps", "end = 0.01", 'end = 0.01\nmode = "fixed"\ndt = 1e-99',
+          PLACE + r"'time\.dt' is 1e-99; .* steps"),
     value("flat_collider", "at_end = true", 'at_end = true\n[[colliders]]\nname = "sheet"\nshape = { type = "box", '
           "lower = [0, 0, 0], upper = [0.1, 0.1, 1e-30] }", r"collider 'sheet' is .* thick"),
     value("needle_collider", "at_end = true", 'at_end = true\n[[colliders]]\nname = "needle"\nshape = { type = "box", '

@@ -91,7 +91,7 @@ def unfinished(folder, suffix):
 
 
 def has_finished(folder):
-    """Whether the run in `folder` had said so before a kill reached it."""
+    """Whether the run in `folder` had finished before a kill."""
     status = folder / "status.json"
     return status.exists() and json.loads(status.read_text(encoding="utf-8"))["state"] == "finished"
 

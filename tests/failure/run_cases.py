@@ -21,7 +21,7 @@ MOST_MEMORY = 1 << 20  # KiB; none of the inputs is large
 BASE = pathlib.Path(__file__).resolve().with_name("base.toml")
 
 
-def spoilt_scene(case):
+def edited_scene(case):
     text = BASE.read_text(encoding="utf-8")
     for old, new in case.replace.items():
         assert text.count(old) == 1, f"{case.name}: '{old}' stands {text.count(old)} times in base.toml"
@@ -34,7 +34,7 @@ def fault_of(case, ranks, program, folder):
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     scene = folder / "scene.toml"
-    scene.write_text(spoilt_scene(case), encoding="utf-8")
+    scene.write_text(edited_scene(case), encoding="utf-8")
     if case.prepare:
         try:
             case.prepare(folder, program, "scene.toml")

@@ -25,7 +25,7 @@ SECONDS_BETWEEN_LOOKS = 0.25
 # Particles move between ranks and buffers follow them; a leak of one particle's bytes a step would be 0.3 MB in 1000 steps.
 LARGEST_SLOPE = 0.1  # MiB of one rank in 1000 steps
 FRAME_LIST = 0.012  # MiB; what the root may keep of a frame, to name it in frames.xdmf
-WARM_UP = 0.6  # of the run: memory grows, ever more slowly, to what the largest share of a rank needs
+WARM_UP = 0.6  # of the run: memory approaches the need of the largest rank
 
 
 def looks_at(pid):

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Runs that are asked to stop - by signals to mpirun or to one rank, once or twice, during set-up or checkpoints, by the file
+"""Runs that are stopped - by signals to mpirun or to one rank, once or twice, during set-up or checkpoints, by the file
 STOP, by their wall time - end in order with a whole checkpoint and tell the command that goes on; that command ends where an
 uninterrupted run ends, bit for bit."""
 
@@ -21,7 +21,7 @@ STEPS = 900
 STOPPED = 4
 LIMIT = 60.0  # s
 LONGEST_START = 10.0  # s, until main
-OFTEN = ["--set", "checkpoint.steps=1"]  # so that the run is slow, and whatever comes, comes during a checkpoint, or nearly
+OFTEN = ["--set", "checkpoint.steps=1"]  # so that the run is slow, and signals arrive during a checkpoint, or nearly
 
 
 class Run:
@@ -143,7 +143,7 @@ class Stops:
         self.expect_stop(run, "by a signal", 1)
 
     def signal_during_set_up(self):
-        """To one rank as soon as it is there: before main it dies and nothing has been written, after that it stops."""
+        """To one rank as soon as it is there: before main the rank is killed and no file is written, later the run stops."""
         n_stopped = 0
         delays = [0.0, 0.1, 0.2, 0.4, 0.6]
         for delay in delays:
@@ -170,7 +170,7 @@ class Stops:
         print(f"signal_during_set_up: {n_stopped} of {len(delays)} stopped in order, the others had not begun")
 
     def terminated_mpirun(self):
-        """mpirun kills its ranks soon after TERM: what stands then is the newest whole checkpoint."""
+        """mpirun kills its ranks soon after TERM: the newest complete checkpoint remains."""
         run = self.run("terminated_mpirun", 3, *OFTEN)
         run.wait_for_rows(4)
         run.process.send_signal(signal.SIGTERM)
@@ -189,7 +189,7 @@ class Stops:
             fail("stop_file: the file STOP is still there")
 
     def wall_time(self, seconds):
-        for _ in range(3):  # no run can foresee that the disk stalls; that it does three times has another cause
+        for _ in range(3):  # no run can predict that the disk stalls; that it does three times has another cause
             before = time.monotonic()
             run = self.run("wall_time", 2, "--overwrite", "--max-walltime", f"{seconds:g}s", *OFTEN)
             code, text = run.end()

@@ -113,7 +113,7 @@ def faults():
 
 
 class Bench:
-    """Runs a case and looks at what is left."""
+    """Runs a case and checks the remaining files."""
 
     def __init__(self, program, work, shim):
         self.program, self.work, self.shim = program, work, shim

@@ -1,4 +1,4 @@
-// main() of a fuzzer where there is no libFuzzer: replays a corpus, then spoils it at random, always in the same way, for a
+// main() of a fuzzer where there is no libFuzzer: replays a corpus, then mutates it at random, always in the same way, for a
 // while. What crashes, hangs or lets an exception escape is left in the file `FUZZER.failure` of the current folder.
 //
 //   fuzz_NAME CORPUS... [--seconds S] [--seed N]
@@ -70,7 +70,7 @@ std::vector<std::string> read_corpus(const std::vector<std::string>& paths) {
   return corpus;
 }
 
-/// Spoils inputs; the numbers that it draws are the same everywhere, unlike those of the distributions of <random>.
+/// Mutates inputs; the numbers that it draws are the same everywhere, unlike those of the distributions of <random>.
 class Mutator {
  public:
   Mutator(std::vector<std::string> corpus, std::uint64_t seed) : corpus_(std::move(corpus)), random_(seed) {}
@@ -192,7 +192,7 @@ int main(int argc, char** argv) {
   struct rusage usage = {};
   ::getrusage(RUSAGE_SELF, &usage);
   const std::size_t peak = static_cast<std::size_t>(usage.ru_maxrss) << 10;
-  std::printf("%zu inputs replayed, %llu spoilt ones tried, at most %zu MiB of memory\n", corpus.size(),
+  std::printf("%zu inputs replayed, %llu mutated ones tried, at most %zu MiB of memory\n", corpus.size(),
               static_cast<unsigned long long>(n_cases), peak >> 20);
   std::fflush(stdout);
   ::_exit(peak > most_memory ? 1 : 0);  // MPI, where there is one, is not shut down

@@ -194,7 +194,7 @@ TEST_F(Checkpoint, RefusesWhatIsNotACheckpoint) {
 
 TEST_F(Checkpoint, RefusesNewerVersions) {
   write_array_file(comm, folder.file("new.h5"), {"bulkley checkpoint", checkpoint_version + 1, {}, {}});
-  expect_refused(folder.file("new.h5"), "its format version is 2, and this program knows versions up to 1");
+  expect_refused(folder.file("new.h5"), "its format version is 2, and this program reads versions up to 1");
 }
 
 TEST_F(Checkpoint, RefusesTruncatedFiles) {
@@ -323,7 +323,7 @@ TEST_F(Altered, WrongValues) {
   expect_refused(write_with("mass", 19, 0.0), "mass of the particle in row 19 is 0 and must be greater than 0");
   expect_refused(write_with("id", 4, GlobalIndex{-3}), "id of the particle in row 4 is -3 and must not be negative");
   expect_refused(write_with("material", 11, std::uint8_t{2}),
-                 "material of the particle in row 11 is 2, and the file knows 2 materials");
+                 "material of the particle in row 11 is 2, and the file has 2 materials");
 }
 
 // Rows of the same rank, and of the first and the last.

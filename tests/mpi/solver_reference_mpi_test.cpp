@@ -118,7 +118,7 @@ TEST_F(SolverReferenceTest, PeriodicSlabOfOneTile) {
   }
 }
 
-TEST_F(SolverReferenceTest, WorkersFarFromTheOwners) {
+TEST_F(SolverReferenceTest, ParticlesFarFromTheOwnersOfTheirNodes) {
   for (const TransferSettings& transfer : some_transfers()) {
     SCOPED_TRACE(describe(transfer));
     expect_agreement(contact_scene(transfer), 30, PartitionMethod::uniform, true);

@@ -22,7 +22,7 @@ class StepFailureTest : public testing::Test {
   Comm comm{PETSC_COMM_WORLD};
 
   // A block at rest, and a particle far from it that is the offender: id 27, at `place`.
-  SolverScene scene_with_culprit() {
+  SolverScene scene_with_offender() {
     SolverScene scene = empty_scene({}, {8, 8, 8}, {false, false, false});
     add_block(scene, scene.physics.grid.lower, {3, 3, 3}, 1, Vec3::Zero());
     add_particle(scene, place);
@@ -47,7 +47,7 @@ class StepFailureTest : public testing::Test {
 };
 
 TEST_F(StepFailureTest, ACrushedParticle) {
-  SolverScene scene = scene_with_culprit();
+  SolverScene scene = scene_with_offender();
   scene.physics.time_stepping.smallest_volume_ratio = 0.05;
   scene.particles.real(Field::volume_ratio)[27] = 0.06;
   EXPECT_EQ(failure_of(scene).text, "");
@@ -63,7 +63,7 @@ TEST_F(StepFailureTest, ACrushedParticle) {
 }
 
 TEST_F(StepFailureTest, AParticleThatHasGrownBeyondAllBounds) {
-  SolverScene scene = scene_with_culprit();
+  SolverScene scene = scene_with_offender();
   scene.physics.time_stepping.allow_unstable = true;  // so large a particle is stiff
   scene.physics.time_stepping.largest_volume_ratio = 50.0;
   scene.particles.real(Field::volume_ratio)[27] = 49.0;
@@ -74,7 +74,7 @@ TEST_F(StepFailureTest, AParticleThatHasGrownBeyondAllBounds) {
 }
 
 TEST_F(StepFailureTest, AParticleThatMovesMoreThanACell) {
-  SolverScene scene = scene_with_culprit();
+  SolverScene scene = scene_with_offender();
   scene.physics.time_stepping.allow_unstable = true;
   scene.physics.time_stepping.dt_fixed = 1e-3;
   scene.particles.set_vector(Field::velocity, 27, Vec3(-99.0, 0.0, 0.0));
@@ -84,16 +84,16 @@ TEST_F(StepFailureTest, AParticleThatMovesMoreThanACell) {
   EXPECT_EQ(
       outcome.text,
       "a particle moves 1.2 cells in a step of 0.001 s: particle 27 of material 'solid' at (0.23, 0.85, 0.75) m with speed "
-      "120 m/s and J = 1; try a smaller time.cfl or time.step, or time.deformation_check = \"always\"");
+      "120 m/s and J = 1; try a smaller time.cfl or time.dt, or time.deformation_check = \"always\"");
 }
 
 TEST_F(StepFailureTest, AFixedStepThatHasBecomeTooLong) {
-  SolverScene scene = scene_with_culprit();
+  SolverScene scene = scene_with_offender();
   scene.particles.set_vector(Field::velocity, 27, Vec3(-60.0, 0.0, 0.0));
   EXPECT_EQ(
       failure_of(scene).text,
       "the fixed time step of 0.001 s is above the speed limit of 0.000833333 s (particle 27): particle 27 of material "
-      "'solid' at (0.35, 0.85, 0.75) m with speed 60 m/s and J = 1; choose a smaller time.step, mode = \"adaptive\", or "
+      "'solid' at (0.35, 0.85, 0.75) m with speed 60 m/s and J = 1; choose a smaller time.dt, mode = \"adaptive\", or "
       "allow_unstable = true");
 }
 

@@ -162,10 +162,7 @@ TEST_F(TileScatterTest, FieldsMayReachBeyondTheGrid) {
 TEST_F(TileScatterTest, TheFieldsGhostsHoldTheNeighboursValues) {
   const GridGeometry grid = grid_of_cells({12, 8, 16}, {true, true, true});
   const Map map = maps_of(grid, comm.size()).back();
-  std::vector<TileIndex> tiles;
-  for (TileIndex tile = 0; tile < grid.n_tiles(); ++tile)
-    if (map.worker[static_cast<std::size_t>(tile)] == comm.rank()) tiles.push_back(tile);
-  const PoolLayout pool(grid, tiles);
+  const PoolLayout pool(grid, map.map.owned_tiles(comm.rank()));
   const Exchange exchange(comm, grid, map.map, pool);
   const FieldGrid field(comm, {.geometry = grid, .stencil_width = 1});
   const TileScatter scatter(comm, exchange, field);

@@ -23,7 +23,7 @@ SLACK = 1.25
 ATTEMPTS = 3
 LIMIT = 180  # s, of one attempt
 TWO_RANKS = "throughput of 2 ranks"
-LEAST_SHARE = 0.9  # of two cores, for two ranks to be judged
+LEAST_SHARE = 0.9  # of two cores, for a test of two ranks
 
 
 def is_broken(row):
@@ -54,7 +54,7 @@ def cost_of_runs(program, work, n):
 
 
 def judged_beside_free_runs(program, work, row):
-    """The row, or one that is not judged if two free runs side by side do not get two cores either."""
+    """The row, or a skipped one if two independent simultaneous runs do not get two cores either."""
     share = cost_of_runs(program, work, 1) / cost_of_runs(program, work, 2)
     print(f"two free runs side by side get {share:.2f} of what two cores would give")
     if share >= LEAST_SHARE:

@@ -58,6 +58,15 @@ MACHINE_PATHS = re.compile(r"(?<![\w.])/(work|root|tmp/build_|home/[a-z])")
 TEXT_FILES = {".hpp", ".cpp", ".h", ".c", ".py", ".sh", ".cmake", ".txt", ".md", ".toml", ".json", ".cff", ".in"}
 FOLDERS = ["include", "src", "drivers", "tests", "cluster", "docs", ".ci", ".github"]
 
+# --- the words of docs/glossary.md -----------------------------------------------------------------------------------------
+
+GLOSSARY = pathlib.Path("docs/glossary.md")  # lists the retired words itself
+HISTORY = pathlib.Path("CHANGELOG.md")  # what was said of past versions stays
+WORD = re.compile(r"[A-Z]?[a-z]+")  # also the words of snake_case and CamelCase names
+RETIRED_ROW = re.compile(r"^\| ([a-z ,]+) \| ([^|]+) \|$")
+# Where retired words are still to be replaced: (file or folder, word). An exception that nothing needs is a fault.
+WORD_EXCEPTIONS = set()
+
 
 def without_comments(text):
     """`text` with comments and the contents of strings blanked out, line breaks kept."""
@@ -173,6 +182,32 @@ def check_text(text):
             yield number, "names a path of one machine"
 
 
+def retired_words(root):
+    """Word -> term to use, from the table under "Retired words" of the glossary."""
+    glossary = root / GLOSSARY
+    lines = glossary.read_text(encoding="utf-8").splitlines() if glossary.exists() else []
+    words = {}
+    for line in lines[lines.index("## Retired words") :] if "## Retired words" in lines else []:
+        row = RETIRED_ROW.match(line)
+        if row:
+            words.update({word: row.group(2) for word in row.group(1).split(", ")})
+        elif words and not line.startswith("|"):
+            break  # the table has ended
+    return words
+
+
+def check_words(path, text, words, used_exceptions):
+    for number, line in enumerate(text.splitlines(), 1):
+        for match in WORD.finditer(line):
+            word = match.group().lower()
+            if word not in words:
+                continue
+            exceptions = {(place, word) for place in map(str, (path, *path.parents))} & WORD_EXCEPTIONS
+            used_exceptions |= exceptions
+            if not exceptions:
+                yield number, f"'{word}' is a retired word ({GLOSSARY}): {words[word]}"
+
+
 def text_files(root):
     for folder in FOLDERS:
         yield from (p for p in sorted((root / folder).rglob("*")) if p.is_file() and "__pycache__" not in p.parts)
@@ -181,7 +216,8 @@ def text_files(root):
 
 def check_tree(root):
     """All faults of the tree below `root` as (path, line, sentence)."""
-    used_exceptions = set()
+    used_exceptions, used_word_exceptions = set(), set()
+    words = retired_words(root)
     own_folder = pathlib.Path("tests/style")  # its self-test is made of faults
     for file in text_files(root):
         path = file.relative_to(root)
@@ -191,6 +227,8 @@ def check_tree(root):
             continue
         text = file.read_text(encoding="utf-8", errors="replace")
         faults = list(check_text(text))
+        if path not in (GLOSSARY, HISTORY):
+            faults += check_words(path, text, words, used_word_exceptions)
         if path.suffix in (".hpp", ".cpp"):
             if len(text.splitlines()) > LARGEST_FILE:
                 faults.append((LARGEST_FILE + 1, f"more than {LARGEST_FILE} lines: split the file"))
@@ -204,6 +242,8 @@ def check_tree(root):
             yield path, line, sentence
     for name, other in sorted(set(SITE_EXCEPTIONS) - used_exceptions):
         yield own_folder / "check_style.py", 1, f"the exception for {other} in {name} is not needed any more"
+    for place, word in sorted(WORD_EXCEPTIONS - used_word_exceptions):
+        yield own_folder / "check_style.py", 1, f"the exception for '{word}' in {place} is not needed any more"
 
 
 def main():

@@ -4,11 +4,16 @@
 import pathlib
 import tempfile
 import unittest
+import unittest.mock
 
 import check_style
 
+GLOSSARY = ("| Term | Meaning |\n|---|---|\n| spoilt | not a row of the table below |\n\n## Retired words\n\n| Retired | Use |\n"
+            "|---|---|\n| fordo, fordone | damage |\n| worker | owner |\n\n| Instead of | Write |\n|---|---|\n| honest | right |\n")
+
 # A tree that breaks no rule and needs every exception.
 GOOD = {
+    "docs/glossary.md": GLOSSARY,
     "src/parallel/comm.cpp": "void abort() {\n  MPI_Error_string(a);\n  MPI_Initialized(&b);\n  MPI_Finalized(&c);\n"
                              "  MPI_Comm_rank(PETSC_COMM_WORLD, &d);\n}\n",
     "src/parallel/petsc.cpp": "void report() {\n  PetscErrorMessage(code, &text, &detail);\n}\n",
@@ -30,6 +35,7 @@ def faults_of(files):
         return [f"{path}:{line}: {sentence}" for path, line, sentence in check_style.check_tree(root)]
 
 
+@unittest.mock.patch.object(check_style, "WORD_EXCEPTIONS", set())
 class CheckStyle(unittest.TestCase):
 
     def expect_fault(self, file, text, expected):
@@ -103,6 +109,25 @@ class CheckStyle(unittest.TestCase):
         for path in ("/work" + "/main/out", "/tmp" + "/build_me", "/home" + "/ada/run"):
             self.expect_fault("docs/a.md", f"see {path}\n", "path of one machine")
         self.expect_none("docs/a.md", "the fluid's work/energy; out/home/ada\n")
+
+    def test_retired_words(self):
+        for file in ("include/bulkley/base/a.hpp", "drivers/a.py", "tests/a.py", "cluster/a.sh", "docs/a.md", "README.md"):
+            first = "#pragma once\n" if file.endswith(".hpp") else "\n"
+            for line in ("// a fordone file", "int n_fordone = 0;", "bool isFordone;", "Fordone."):
+                self.expect_fault(file, first + line + "\n", f"{file}:2: 'fordone' is a retired word (docs/glossary.md): damage")
+            self.expect_none(file, first + "// fordoneness, spoilt, honest\n")
+        self.expect_fault("docs/a.md", "they fordo\n", "'fordo' is a retired word")
+        self.expect_none("CHANGELOG.md", "a fordone file\n")
+        self.expect_none("tests/style/a.py", "a fordone file\n")
+
+    def test_exceptions_of_words(self):
+        with unittest.mock.patch.object(check_style, "WORD_EXCEPTIONS", {("docs/old", "worker")}):
+            self.expect_none("docs/old/a.md", "a worker\n")
+            found = faults_of({**GOOD, "docs/old/a.md": "nothing\n"})
+            self.assertEqual(len(found), 1, found)
+            self.assertIn("the exception for 'worker' in docs/old is not needed any more", found[0])
+            found = faults_of({**GOOD, "docs/old/a.md": "a worker\n", "docs/new.md": "a worker\n"})
+            self.assertEqual([fault.split(":")[0] for fault in found], ["docs/new.md"])
 
 
 if __name__ == "__main__":

@@ -16,6 +16,6 @@ def keys_of(value):
 
 
 def undocumented(value):
-    """Keys, at any depth, that do not stand as code on the page; in alphabetical order."""
+    """Keys, at any depth, that are not code on the page; in alphabetical order."""
     text = PAGE.read_text(encoding="utf-8")
     return sorted({key for key in keys_of(value) if f"`{key}`" not in text})

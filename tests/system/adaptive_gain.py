@@ -54,7 +54,7 @@ def check_energy():
                "mass": zero + 1.0, "lower_z": zero + 1.0}
     if adaptive_gain.energy_fault(MadeUpRun(**history)):
         fail("energy that is kept is a fault")
-    for value in (17.0, np.nan):  # 14 J are at hand
+    for value in (17.0, np.nan):  # the initial energy is 14 J
         history["dissipated_energy"] = np.array([0.0, 4.0, value])
         if not adaptive_gain.energy_fault(MadeUpRun(**history)):
             fail(f"energy that becomes {value} is no fault")

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What `bulkley partition` foretells of 8 ranks is what a run on 8 ranks measures; and auto keeps a moving jet balanced."""
+"""What `bulkley partition` predicts of 8 ranks is what a run on 8 ranks measures; and auto keeps a moving jet balanced."""
 
 import csv
 import pathlib
@@ -40,25 +40,25 @@ class Test:
             fail(f"the run in {out} ended with {outcome.code}", outcome)
         return history(self.work / out)
 
-    def foretold(self, method, *more):
+    def predicted(self, method, *more):
         outcome = self.program.run(["partition", str(JET), *COARSE, "-n", str(RANKS), "--methods", method,
-                                    "--csv", "foretold.csv", *more], 1, self.work, 60)
+                                    "--csv", "predicted.csv", *more], 1, self.work, 60)
         if outcome.code != 0:
             fail(f"'bulkley partition' of {method} ended with {outcome.code}", outcome)
-        with open(self.work / "foretold.csv", newline="", encoding="utf-8") as file:
+        with open(self.work / "predicted.csv", newline="", encoding="utf-8") as file:
             return list(csv.DictReader(file))[0]
 
     def compare(self, what, measured, expected):
         measured, expected = float(measured), float(expected)
-        print(f"{what}: measured {measured:.6g}, foretold {expected:.6g}")
+        print(f"{what}: measured {measured:.6g}, predicted {expected:.6g}")
         if abs(measured - expected) > TOLERANCE * expected:
-            fail(f"{what}: {measured} measured, {expected} foretold")
+            fail(f"{what}: {measured} measured, {expected} predicted")
 
     def measure_against_prediction(self, method):
         rows = self.run(method, LOOKS[-1], f"partition.method={method}", f"partition.remake_interval={LOOKS[0]}",
                         f"output.history_interval={LOOKS[0]}", f"checkpoint.steps={LOOKS[0]}", "checkpoint.keep=9")
         for step in LOOKS:
-            row, told = rows[step], self.foretold(method, "--frame", checkpoint(method, step))
+            row, told = rows[step], self.predicted(method, "--frame", checkpoint(method, step))
             name = f"{method}, step {step}"
             self.compare(f"{name}, particles max/mean", row["imbalance"], told["particles_max_over_mean"])
             self.compare(f"{name}, bytes sent, mean", row["halo_bytes_mean [B]"], told["sent_mean [B]"])
@@ -68,7 +68,7 @@ class Test:
             if moved != 0:
                 fail("uniform has moved particles by new maps")
         elif method != "metis":  # its maps of two near states may have little in common
-            told = self.foretold(method, "--frame", checkpoint(method, LOOKS[1]), "--before",
+            told = self.predicted(method, "--frame", checkpoint(method, LOOKS[1]), "--before",
                                  checkpoint(method, LOOKS[0]))
             self.compare(f"{method}, moved", moved / int(rows[LOOKS[1]]["particles"]), told["moved_fraction"])
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""`bulkley bench` on one and two ranks: its JSON is whole, documented and sensible, and `check` foretells its memory."""
+"""`bulkley bench` on one and two ranks: its JSON is whole, documented and sensible, and `check` predicts its memory."""
 
 import json
 import pathlib
@@ -43,7 +43,7 @@ def main():
     expect(one, 0.1 < one["ratio_to_naive"] / ratio < 10.0, "the ratio is not that of the times")
     memory = one["bytes_per_particle"] / one["forecast_bytes_per_particle"]
     if "-fsanitize" not in program.run(["--version"], 1, work, 60).text:  # sanitizers keep memory of their own
-        expect(one, 1.0 / 1.2 < memory < 1.2, "the memory is not the foretold one within 20 %")
+        expect(one, 1.0 / 1.2 < memory < 1.2, "the memory is not the predicted one within 20 %")
     expect(one, one["exchange_bytes_per_step"] == 0, "one rank sends nodes to another")
 
     solid = bench(1, "--material", "neo_hookean", "--no-naive", "--scheme", "blend", "--order", "cubic")

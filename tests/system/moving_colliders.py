@@ -95,7 +95,7 @@ def main():
     if not numpy.allclose(mean, vectors([whole], "paddle.force", "N")[0], rtol=1e-10):
         fail(f"mean force {mean} of the steps is not that of the row, {vectors([whole], 'paddle.force', 'N')[0]}")
 
-    run("fast", 2, "--set", "colliders.paddle.angular_velocity=[0,0,300]", "--set", "time.initial_step=1e-3",
+    run("fast", 2, "--set", "colliders.paddle.angular_velocity=[0,0,300]", "--set", "time.dt_initial=1e-3",
         "--set", "bodies.ball.shape.center=[0.3, 0.5, 0.8]", "--set", "bodies.ball.velocity=[0,0,0]", "--max-steps", "5")
     fast = rows(work / "fast")
     if not any(row["limiter"] == "collider" for row in fast):

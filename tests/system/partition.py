@@ -78,7 +78,7 @@ def check_quality(test):
                f"{scene}: METIS has the larger halo")
         fastest = min(number[m]["predicted_step [s]"] for m in ("ranges", "hilbert", "metis"))
         chosen = found["auto"]["chosen"]
-        expect(chosen in ("ranges", "evened ranges", "hilbert", "metis"), f"{scene}: auto does not say what it chose")
+        expect(chosen in ("ranges", "rebalanced ranges", "hilbert", "metis"), f"{scene}: auto does not say what it chose")
         slack = 1.02 if chosen.endswith("ranges") else 1.0  # boxes are kept until another map is 2 % faster
         expect(number["auto"]["predicted_step [s]"] <= slack * fastest, f"{scene}: auto is not the fastest")
         for row in rows:
@@ -125,7 +125,7 @@ def check_snapshots(test):
     expect([row["method"] for row in rows] == [*METHODS, "auto", "auto"] and [row["chosen"] for row in rows[-2:]] == MOVED,
            f"no rows of auto with few tiles moved, {MOVED}")
     for row in rows:
-        # auto's map of boxes need not be even, and is evened out.
+        # auto's map of boxes need not be even, and is rebalanced.
         expect(float(row["moved_fraction"]) <= (0.02 if row["chosen"] in MOVED else 0.0),
                f"particles move although nothing has changed: {row}")
         expect(row["n_particles"] == start_rows[0]["n_particles"], "the checkpoint has other particles than the scene")

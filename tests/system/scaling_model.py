@@ -48,8 +48,8 @@ def check_laws(module, path):
     expect("the term of faces", laws.mean[0], FACE)
     expect("the term of edges", laws.mean[1], EDGE)
     expect("the busiest rank", laws.busiest, BUSIEST)
-    expect("the load of the fullest of ranks with five tiles", laws.imbalance(5.0), 1 + GRAIN / 5)
-    expect("the load of the fullest of ranks with many tiles", laws.imbalance(1e4), 1.02)
+    expect("the load of the most loaded of ranks with five tiles", laws.imbalance(5.0), 1 + GRAIN / 5)
+    expect("the load of the most loaded of ranks with many tiles", laws.imbalance(1e4), 1.02)
 
     # A node's bandwidth is shared by its ranks; the exchange is its bytes over the link's share and its messages.
     run = module.Run(laws, constants, 1e9, 1e4)
@@ -81,7 +81,7 @@ def check_program(program, work):
     found = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
     if found.returncode != 0:
         fail(found.stderr)
-    for words in ("Runs asked for", "| 40 |", "What breaks"):
+    for words in ("Requested runs", "| 40 |", "What breaks"):
         if words not in found.stdout:
             fail(f"its tables do not hold '{words}'")
     if "nan" in found.stdout:

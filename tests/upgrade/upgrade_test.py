@@ -1,5 +1,6 @@
-"""Reads files of every format version that there has been, and goes on from them: version_N holds the scene, a checkpoint and a
-frame that a program of that version wrote, and `end.h5`, where that program ended."""
+"""Reads files of every format version that there has been, and continues from them: version_N holds the scene, a checkpoint and a
+frame that a program of that version wrote, and `end.h5`, where that program ended. version_N_WHAT holds further files of that
+version; `scene_of_then.toml`, where a folder has it, is the scene with the keys of then, `scene.toml` with those of today."""
 
 import pathlib
 import re
@@ -11,10 +12,11 @@ from bulkley_program import fail, parse_arguments, start  # noqa: E402
 HERE = pathlib.Path(__file__).resolve().parent
 TOLERANCE = "1e-9"  # the files were written on another processor, whose vector units round otherwise
 LIMIT = 60.0  # s
+OLD_KEYS = ("step", "initial_step", "largest_step", "smallest_step")
 
 
 def newest_version(source):
-    header = (source / "include/bulkley/io/checkpoint.hpp").read_text()
+    header = (source / "src/io/checkpoint/checkpoint.hpp").read_text()
     return int(re.search(r"checkpoint_version = (\d+);", header).group(1))
 
 
@@ -25,9 +27,19 @@ def check_version(program, folder, work):
         info = program.run(["info", str(file)], 1, work, LIMIT)
         if info.code != 0:
             fail(f"{name}: {file.name} cannot be read", info)
-    run = program.run(["run", str(folder / "scene.toml"), "--out", name, "--restart", str(checkpoint)], 3, work, LIMIT)
+    for scene in sorted(folder.glob("scene*.toml")):
+        continue_run(program, folder, scene, checkpoint, work)
+
+
+def continue_run(program, folder, scene, checkpoint, work):
+    name = f"{folder.name}.{scene.stem}"
+    run = program.run(["run", str(scene), "--out", name, "--restart", str(checkpoint)], 3, work, LIMIT)
     if run.code != 0:
         fail(f"{name}: cannot be continued", run)
+    # The keys of the scene file are warned about, once for all ranks; those of the scene in the checkpoint are not.
+    n_renamed = sum(key in scene.read_text(encoding="utf-8").split() for key in OLD_KEYS)
+    if run.text.count("is now called") != n_renamed:
+        fail(f"{name}: {n_renamed} keys of its scene have old names, and as many warnings are expected", run)
     outcome = program.run(["compare", name, str(folder / "end.h5"), "--tolerance", TOLERANCE], 1, work, LIMIT)
     if outcome.code != 0:
         fail(f"{name}: ends elsewhere than the program that wrote it", outcome)
@@ -40,10 +52,10 @@ def main():
     program, work = start(arguments)
     newest = newest_version(pathlib.Path(arguments.source))
     for version in range(1, newest + 1):
-        folder = HERE / f"version_{version}"
-        if not folder.is_dir():
-            sys.exit(f"FAILED: {folder.name} is missing: the format has version {newest}; keep files of every version")
-        check_version(program, folder, work)
+        if not (HERE / f"version_{version}").is_dir():
+            sys.exit(f"FAILED: version_{version} is missing: the format has version {newest}; keep files of every version")
+        for folder in sorted(HERE.glob(f"version_{version}*")):
+            check_version(program, folder, work)
 
 
 if __name__ == "__main__":

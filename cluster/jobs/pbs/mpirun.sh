@@ -1,7 +1,7 @@
 #!/bin/bash
 # One run through as many jobs as it needs, under OpenPBS (or Torque: nodes=1:ppn=64 in place of select): qsub mpirun.sh
-# Copy it, change the settings, submit it once. docs/clusters.md tells what happens then. Each part submits the next one,
-# which needs qsub on the compute nodes; where that is forbidden the job says so, and one submits it again by hand.
+# Copy it, change the settings, submit it once. docs/clusters.md describes the rest. Each part submits the next one,
+# which needs qsub on the compute nodes; where that is forbidden the job prints a message, and is submitted again by hand.
 
 #PBS -N bulkley
 #PBS -l select=1:ncpus=64:mpiprocs=64
@@ -16,7 +16,7 @@ folder=out/scene
 options=()                        # further options of bulkley run, such as: --set materials.cream.yield_stress=30
 reserve=300                       # s of walltime that bulkley may not use
 max_walltime=                     # set it ("1h55m") to end parts sooner than the limit would
-after=                            # script to submit when the run is finished, for no job can wait for the whole chain
+after=                            # script to submit when the run is finished, because no job can wait for the whole chain
 program=bulkley
 
 cd "$PBS_O_WORKDIR" || exit 2

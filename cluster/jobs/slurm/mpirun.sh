@@ -1,6 +1,6 @@
 #!/bin/bash
 # One run through as many jobs as it needs, ranks started by mpirun, for clusters whose srun does not know the MPI library:
-# sbatch mpirun.sh. Copy it, change the settings, submit it once. docs/clusters.md tells what happens then.
+# sbatch mpirun.sh. Copy it, change the settings, submit it once. docs/clusters.md describes the rest.
 
 #SBATCH --job-name=bulkley
 #SBATCH --nodes=1
@@ -8,7 +8,7 @@
 #SBATCH --time=24:00:00
 #SBATCH --output=%x-%j.log
 #SBATCH --open-mode=append        # all parts of the run write to one log
-#SBATCH --requeue                 # may start again: asked by this script, or by Slurm when a node was lost
+#SBATCH --requeue                 # may start again: requested by this script, or by Slurm when a node was lost
 #SBATCH --signal=B:USR1@180       # B: to this shell, for Slurm does not know mpirun's ranks; forward_signal hands it on
 
 scene=scene.toml

@@ -1,6 +1,6 @@
 #!/bin/bash
 # One run through as many jobs as it needs, ranks started by srun: sbatch srun.sh
-# Copy it, change the settings, submit it once. docs/clusters.md tells what happens then.
+# Copy it, change the settings, submit it once. docs/clusters.md describes the rest.
 
 #SBATCH --job-name=bulkley
 #SBATCH --nodes=1
@@ -8,7 +8,7 @@
 #SBATCH --time=24:00:00
 #SBATCH --output=%x-%j.log
 #SBATCH --open-mode=append        # all parts of the run write to one log
-#SBATCH --requeue                 # may start again: asked by this script, or by Slurm when a node was lost
+#SBATCH --requeue                 # may start again: requested by this script, or by Slurm when a node was lost
 #SBATCH --signal=USR1@180         # 3 min before the limit, should --max-walltime have misjudged: the ranks save and stop
 
 scene=scene.toml

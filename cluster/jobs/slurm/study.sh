@@ -10,7 +10,7 @@
 #SBATCH --time=04:00:00
 #SBATCH --output=%x-%A_%a.log
 #SBATCH --open-mode=append        # all parts of a run write to one log
-#SBATCH --requeue                 # may start again: asked by this script, or by Slurm when a node was lost
+#SBATCH --requeue                 # may start again: requested by this script, or by Slurm when a node was lost
 #SBATCH --signal=USR1@180         # for mpirun: B:USR1@180, and the last lines of mpirun.sh
 
 scene=scene.toml

@@ -1,4 +1,4 @@
-# What `cmake --install` lays down; docs/install.md lists it. Everything finds its neighbours by relative paths, so that the whole
+# The files that `cmake --install` installs; docs/install.md lists them. All paths between them are relative, so that the whole
 # prefix may be moved.
 
 include(GNUInstallDirs)
@@ -10,7 +10,7 @@ install(DIRECTORY drivers/scenes drivers/paraview DESTINATION ${CMAKE_INSTALL_DA
         PATTERN __pycache__ EXCLUDE)
 install(DIRECTORY drivers/python DESTINATION ${CMAKE_INSTALL_DATADIR}/bulkley
         PATTERN __pycache__ EXCLUDE PATTERN "*.egg-info" EXCLUDE PATTERN build EXCLUDE)
-# Job scripts read job_functions.sh beside their folders: the variable BULKLEY_SCRIPTS of the module file.
+# Job scripts read job_functions.sh in the parent of their folders: the variable BULKLEY_SCRIPTS of the module file.
 install(DIRECTORY cluster/jobs/slurm cluster/jobs/pbs cluster/packaging/modulefiles DESTINATION ${CMAKE_INSTALL_DATADIR}/bulkley/jobs
         USE_SOURCE_PERMISSIONS)
 install(FILES cluster/jobs/job_functions.sh DESTINATION ${CMAKE_INSTALL_DATADIR}/bulkley/jobs)

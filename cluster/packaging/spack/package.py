@@ -1,5 +1,5 @@
 # A recipe for Spack. There is no public archive yet: the source is the file that cluster/release.sh makes,
-# bulkley-VERSION.tar.gz, and is looked for in the folder in which spack is called. docs/clusters.md tells how.
+# bulkley-VERSION.tar.gz, expected in the folder in which spack is called; see docs/clusters.md.
 
 import os
 

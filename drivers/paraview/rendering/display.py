@@ -13,7 +13,7 @@ UNDER_XVFB = "BULKLEY_RENDER_UNDER_XVFB"
 
 def leave(status):
     """Ends the program at once: ParaView closes its window after the X connection and then reports an error of its own making.
-    What has been printed stands in C's buffers, which pvpython's streams do not flush."""
+    Printed text is in C's buffers, which pvpython's streams do not flush."""
     sys.stdout.flush()
     sys.stderr.flush()
     ctypes.CDLL(None).fflush(None)
@@ -29,7 +29,7 @@ def restart_under_xvfb(size):
     for program in ("Xvfb", "pvpython"):
         if not shutil.which(program):
             fail(f"there is no display, and {program} is not installed (Debian: apt-get install xvfb paraview)")
-    # The server itself chooses a free display and tells its number once it is ready.
+    # The server chooses a free display and reports its number when it is ready.
     reading, writing = os.pipe()
     screen = f"{max(size[0], 640)}x{max(size[1], 480)}x24"
     server = subprocess.Popen(["Xvfb", "-displayfd", str(writing), "-screen", "0", screen, "-nolisten", "tcp", "-noreset"],

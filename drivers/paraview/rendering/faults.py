@@ -1,4 +1,4 @@
-"""One sentence and exit code 2 for whatever the caller can put right."""
+"""One message and exit code 2 for errors of the caller."""
 
 import os
 import sys

@@ -64,7 +64,7 @@ def truth(value):
     return isinstance(value, bool)
 
 
-# What each key may be, and how a sentence says so.
+# The allowed values of each key, and their description in messages.
 RULES = {
     "picture.size": (lambda v: numbers(2)(v) and all(isinstance(n, int) and 16 <= n <= 16384 for n in v),
                      "two whole numbers from 16 to 16384"),

@@ -13,14 +13,14 @@ import bulkley  # noqa: E402
 
 
 class Series:
-    """What frames.xdmf and scene.toml say, before ParaView opens anything (a missing file would end ParaView)."""
+    """Contents of frames.xdmf and scene.toml, read before ParaView opens a file (a missing file would end ParaView)."""
 
     def __init__(self, run):
         self.run = run
         self.path = run / "frames.xdmf"
         if not self.path.is_file():
             fail(f"there is no '{self.path}': the run has written no frames")
-        grids = moments(self.path)
+        grids = snapshots(self.path)
         self.times = [float(grid.find("Time").get("Value")) for grid in grids]
         self.files = [run / next(grid.iter("DataItem")).text.split(":")[0].strip() for grid in grids]
         self.fields = [attribute.get("Name") for attribute in grids[-1].iter("Attribute")]
@@ -71,7 +71,7 @@ class Series:
         return names or [collider["name"] for collider in self.scene.get("colliders", [])]
 
 
-def moments(path):
+def snapshots(path):
     try:
         return [grid for grid in ElementTree.parse(path).iter("Grid") if grid.find("Time") is not None]
     except ElementTree.ParseError as error:

@@ -80,7 +80,7 @@ def write_animation(pictures, path, rate, scratch):
     links = [scratch / f"animation_{n:06}.png" for n in range(len(pictures))]
     for link, picture in zip(links, pictures):
         link.symlink_to(pathlib.Path(picture).resolve())
-    # Players want 4:2:0, which wants even sides.
+    # Players need 4:2:0, which needs even sides.
     command = ["ffmpeg", "-y", "-loglevel", "error", "-framerate", f"{rate:g}", "-i", str(scratch / "animation_%06d.png"),
                "-vf", "scale=trunc(iw/2)*2:trunc(ih/2)*2", "-c:v", "libx264", "-preset", "slow", "-crf", "18",
                "-pix_fmt", "yuv420p", "-movflags", "+faststart", str(path)]

@@ -1,4 +1,4 @@
-"""Light and soft shadows, reckoned here and baked into colours.
+"""Light and soft shadows, computed here and baked into colours.
 
 Debian's ParaView has no ray tracing, and VTK's shadow maps are hard-edged and do not reach Point Gaussians. So the light is
 sampled at a few points; for each of them a height map of everything, seen from there, tells what lies in shadow, and the mean

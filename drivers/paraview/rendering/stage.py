@@ -57,7 +57,7 @@ class Stage:
             self.add_text(series.scene["title"], [0.03, 0.93], 22)
         self.clock = self.add_text("", [0.03, 0.88] if look["picture.title"] else [0.03, 0.92], 18)
 
-    # --- what the look asks for -----------------------------------------------------------------------------------------
+    # --- settings of the look -----------------------------------------------------------------------------------------
 
     def remark_strangers(self):
         for key, known in (("materials.colors", self.materials), ("colliders.colors", self.collider_names),
@@ -177,7 +177,7 @@ class Stage:
         """ParaView's table and legend of the field; None where materials give the colours."""
         field, look = self.field, self.look
         if field == "material" and len(self.materials) < 2:
-            return None  # a legend of one entry says nothing
+            return None  # a legend of one entry is useless
         table = self.simple.GetColorTransferFunction(field)
         if field == "material":
             table.InterpretValuesAsCategories = 1
@@ -313,7 +313,7 @@ class Stage:
         look, (lower, upper) = self.look, self.domain
         size = [upper[a] - lower[a] for a in range(2)]
         if self.camera[0][2] <= lower[2] or look["floor.margin"] < 0.0:
-            return  # seen from below it would only hide what stands on it
+            return  # seen from below it would only hide the bodies on it
         margin = look["floor.margin"] * max(size)
         spacing = (max(size) + 2.0 * margin) / FLOOR_POINTS
         counts = [max(2, math.ceil((s + 2.0 * margin) / spacing)) for s in size]
@@ -401,7 +401,7 @@ def fine_mesh(vertices, triangles, edge):
 def halved(corners, edge):
     """Triangles with their longest edges halved until none is longer than `edge`, or there are many.
 
-    Neighbours halve a common edge alike, since only its length matters in the end: no cracks.
+    Neighbours divide a common edge in the same way, because only its length decides: no cracks.
     """
     sides = corners[:, 1:, :3] - corners[:, :1, :3]
     area = 0.5 * numpy.linalg.norm(numpy.cross(sides[:, 0], sides[:, 1]), axis=1).sum()

@@ -9,7 +9,7 @@ from vtkmodules.vtkImagingGeneral import vtkImageGaussianSmooth
 MOST_NODES = 40e6  # of a lattice: 160 MB for each field on it
 LEVELS = (0.3, 0.6)  # a contour outside of these would swallow gaps or lose what is there
 # What is thinner than the lattice (sheets, threads, drops) fills it nowhere and would be lost: its particles count for more,
-# until the contour lies around them with room to spare.
+# until the contour encloses them with a margin.
 SPARE, MOST_FACTOR = 2.0, 10.0
 CHUNK = 200_000  # particles summed at a time, so that their 27 weights each fit into the cache or nearly
 
@@ -159,7 +159,7 @@ class Surface:
 def particle_normals(particles, camera):
     """Outward normals of the material at its particles; of no length where the surroundings are even.
 
-    What can be seen faces the camera: where a thin sheet's other side has the say, the normal is turned round.
+    Visible surfaces face the camera: where the other side of a thin sheet dominates, the normal is reversed.
     """
     lattice = Lattice(particles.position, 2.0 * particles.spacing)
     filled = filled_volume(lattice, particles.position, particles.volume, 1.0)

@@ -3,7 +3,7 @@
     run = bulkley.open_run("out/ball")
     run.status["state"], run.history["kinetic_energy"], run.frames[-1]["velocity"]
 
-Everything is in SI units. Nothing is written, and a run that goes on is not disturbed.
+Everything is in SI units. Nothing is written, and a running simulation is not disturbed.
 """
 
 from bulkley._version import __version__

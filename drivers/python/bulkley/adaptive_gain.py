@@ -33,7 +33,7 @@ DEFAULT_ELASTIC_CFL = 0.4  # of the program; safe for every spline
 SMALL_CELL = 0.0125
 # Other than the trial interval and no divisor of it: trials must be seen neither always nor never.
 HISTORY_INTERVAL = 7
-ENERGY_GROWTH = 0.01  # of the energy at hand: more than that a stable run does not make
+ENERGY_GROWTH = 0.01  # of the initial energy: the largest growth of a stable run
 BISECTION = 1.06  # ratio of the smallest unstable to the largest stable step at which the search ends
 SHAPE_CELLS = 2  # width in grid cells of the boxes that shapes are compared by
 
@@ -56,7 +56,7 @@ FIGURES = {
 
 @dataclasses.dataclass
 class Outcome:
-    """What a run came to. `fault` is empty if it reached its end with its energy in bounds."""
+    """Result of a run. `fault` is empty if it reached its end with its energy in bounds."""
     name: str
     folder: pathlib.Path
     fault: str
@@ -105,7 +105,7 @@ class Study:
 
     def fixed(self, name, step, allow_unstable=True):
         allowed = str(allow_unstable).lower()
-        return self.run(name, ["time.mode=fixed", f"time.step={step:.6g}", f"time.allow_unstable={allowed}"])
+        return self.run(name, ["time.mode=fixed", f"time.dt={step:.6g}", f"time.allow_unstable={allowed}"])
 
     def number(self, table, key):
         """A number of the scene in effect."""
@@ -123,7 +123,7 @@ def said(text):
 
 
 def energies(run):
-    """Sum of all energies, what was dissipated included, and the energy at hand at the start: of motion, and of the fall to
+    """Sum of all energies, including the dissipated one, and the initial energy: of motion, and of the fall to
     the floor."""
     history = run.history
     total = sum(history[f"{kind}_energy"] for kind in ("kinetic", "elastic", "gravitational", "dissipated"))
@@ -138,7 +138,7 @@ def energy_fault(run):
 
 
 def largest_stable(study, stable, guess):
-    """The run with the largest stable fixed step, between the step `stable` and whatever fails first from `guess` on."""
+    """The run with the largest stable fixed step, between the step `stable` and the first failing one from `guess` on."""
     low, high = stable, guess
     best = None
     while True:
@@ -156,7 +156,7 @@ def largest_stable(study, stable, guess):
     return best
 
 
-# --- what is told of a run ------------------------------------------------------------------------------------------------
+# --- the report of a run --------------------------------------------------------------------------------------------------
 
 def limits(run):
     """Each limit of (T26) on every row of the history, in s, by name."""

@@ -52,7 +52,7 @@ def binned(file: ParticleFile, field: str, axes: str = "xz", cell: float | None 
     """Mean of a field over the particles in each square cell of the plane of `axes`, seen along the third axis.
 
     `cell`: width, m (default: the scene's cell_size); `chosen`: (n,) bool, as `slab` or `select` give; `weights`: a field
-    such as "mass" (default: every particle counts alike); `bounds`: ((lower, upper), (lower, upper)) along `axes`, m
+    such as "mass" (default: equal weights); `bounds`: ((lower, upper), (lower, upper)) along `axes`, m
     (default: around the chosen particles).
     """
     first, second = (axis_number(axis) for axis in axes)

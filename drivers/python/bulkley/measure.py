@@ -23,7 +23,7 @@ from bulkley.run import EndedRun
 
 FREE = 0.1  # a body whose floor bears less than this part of its weight is in flight
 WORTH_TELLING = 0.01  # of the mass: smaller pieces are counted as crumbs
-TOP_SHARE = 0.995  # of the particles lie below the height that is told: a flying drop is no height
+TOP_SHARE = 0.995  # fraction of the particles below the reported height, which ignores flying drops
 LAYERS = 1.5  # cells above the floor: what is lower touches it
 
 
@@ -57,7 +57,7 @@ def measure_rebound(run):
     speed = history["momentum_z"] / history["mass"]
     height = history["center_of_mass_z"]
     force, time = floor_force(history, run.gravity)
-    # A flight that lifts the body by less than a cell is not told from a body that trembles as it lies.
+    # A flight that lifts the body by less than a cell cannot be distinguished from oscillations at rest.
     shortest = 2.0 * np.sqrt(2.0 * run.cell_size / run.gravity)
     touching = np.flatnonzero(force >= FREE)
     if len(touching) == 0:
@@ -137,13 +137,13 @@ def print_pieces(options):
         large = shares[shares >= WORTH_TELLING]
         rows.append([f"{frame.time:.3f}", str(len(large)), ", ".join(f"{100 * share:.1f}" for share in large[:6]),
                      f"{100 * abs(1 - large.sum()):.2f}"])
-    print(markdown(["time [s]", "pieces", "their shares of the mass [%]", "crumbs [%]"], rows))
+    print(markdown(["time [s]", "pieces", "their fractions of the mass [%]", "crumbs [%]"], rows))
 
 
 # --- collision ------------------------------------------------------------------------------------------------------------
 
 def measure_collision(run, frame, bodies):
-    """Distance of the two bodies' centres of mass, the speed at which it grows, and the share of each that is in the largest
+    """Distance of the two bodies' centres of mass, the speed at which it grows, and the fraction of each that is in the largest
     piece."""
     position, velocity = frame.positions, frame["velocity"].astype(float)
     ids, share, label = frame.ids, mass_share(frame), pieces(frame.positions, run.cell_size)

@@ -43,13 +43,13 @@ class Grid:
 
 
 class ParticleFile:
-    """A frame or checkpoint. Arrays are read when they are asked for; `with` keeps the file open between them.
+    """A frame or checkpoint. Arrays are read on access; `with` keeps the file open between them.
 
-    Rows are particles. Their order means nothing and may differ from file to file: `ids` say which is which.
+    Rows are particles. Their order has no meaning and may differ between files: `ids` identify them.
     """
 
     def __init__(self, path: str | os.PathLike, scene: dict | None = None):
-        """`scene`: of the run, if it is at hand; else it is looked for when a body is asked for."""
+        """`scene`: of the run, if available; otherwise it is read when a body is requested."""
         self.path = pathlib.Path(path)
         self._scene = scene
         self._open: "h5py.File | None" = None
@@ -147,7 +147,7 @@ class ParticleFile:
 
     @property
     def scene(self) -> dict:
-        """The run's scene: of this file, or of the scene.toml beside it. Raises DataError where there is none."""
+        """The run's scene: of this file, or of the scene.toml in its folder. Raises DataError where there is none."""
         if self._scene is None:
             text = self._scene_text()
             try:
@@ -257,7 +257,7 @@ class ParticleFile:
 
 
 class Frame(ParticleFile):
-    """What a run looked like at one time; float32 unless the scene says otherwise."""
+    """The fields of a run at one time; float32 unless the scene sets another precision."""
 
     @property
     def index(self) -> int:
@@ -286,7 +286,7 @@ class Frame(ParticleFile):
 
 
 class Checkpoint(ParticleFile):
-    """Everything that a run goes on from; float64."""
+    """The state that a run continues from; float64."""
 
     def _scene_text(self) -> str:
         parts = [self.attributes["scene"]]

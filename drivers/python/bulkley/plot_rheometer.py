@@ -49,7 +49,7 @@ class Table:
 
 
 def logarithmic(values):
-    """Whether a logarithmic axis suits the values: all above 0, and not all alike."""
+    """Whether a logarithmic axis suits the values: all above 0, and not all equal."""
     return min(values) > 0 and max(values) > 3 * min(values)
 
 

@@ -18,7 +18,7 @@ File = TypeVar("File", bound=ParticleFile)
 
 
 class Series(Sequence[File], Generic[File]):
-    """Frames or checkpoints in the order of their numbers. None is opened before it is looked into."""
+    """Frames or checkpoints in the order of their numbers. A file is opened on first access."""
 
     def __init__(self, files: list[File]):
         self._files = files
@@ -49,7 +49,7 @@ class Series(Sequence[File], Generic[File]):
 
 
 class Run:
-    """What `open_run` gives. Everything but the scene is read anew each time it is asked for, so that a run that goes on can
+    """The result of `open_run`. Everything except the scene is read again on each access, so that a running simulation can
     be watched."""
 
     def __init__(self, folder: str | os.PathLike):

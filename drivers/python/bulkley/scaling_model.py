@@ -1,4 +1,4 @@
-"""Predicts how runs scale: what a step and the division of the work cost on ranks that are not at hand.
+"""Predicts how runs scale: the cost of a step and of partitioning on ranks that are not available.
 
     bulkley partition SCENE -n 64,512,4096 --methods ranges,metis --csv scene.csv
     python3 -m bulkley scaling-model scene.csv [more.csv] [--picture PICTURE.png] [constants of the machine]
@@ -40,14 +40,14 @@ CONSTANTS = [
     ("step-syncs", 2, "", "collective calls of a step: who sends migrants, and the all-reduce"),
     ("census-bytes", 24, "B", "that the root gathers for each loaded tile"),
     ("census-time", 10e-9, "s", "of a rank's census before a look, for each of its particles"),
-    ("look-time", 5e-6, "s", "that the root takes to judge the balance, for each loaded tile; 12e-6 if it tries changes"),
+    ("look-time", 5e-6, "s", "that an imbalance check takes on the root, for each loaded tile; 12e-6 if it tries changes"),
     ("root-tile-bytes", 800, "B", "of the root's memory for each loaded tile while METIS works"),
     ("root-box-bytes", 15, "B", "of the root's memory for each tile of the box while maps are made"),
     ("count-time", 35e-9, "s", "to count or seed a particle at the start; three times"),
 
-    ("look-interval", 100, "steps", "between two looks at the balance, at least (partition.decision_interval)"),
-    ("look-share", 0.01, "", "of the time, that looks may take: dear ones come less often"),
-    ("map-interval", 1000, "steps", "between two whole new maps"),
+    ("look-interval", 100, "steps", "smallest interval between imbalance checks (partition.decision_interval)"),
+    ("look-share", 0.01, "", "of the time, that imbalance checks may take: expensive ones come less often"),
+    ("map-interval", 1000, "steps", "between two complete repartitions"),
     ("particles-per-tile", 480, "", "in a loaded tile on average; 512 where 8 to a cell fill it"),
     ("box-ratio", 8, "", "tiles of the box for each loaded one"),
     ("cells-per-step", 0.1, "", "that the fastest particle crosses in a step"),
@@ -60,9 +60,9 @@ def parse_arguments():
     parser.add_argument("--method", default="metis", help="method whose rows are fitted (default: metis)")
     parser.add_argument("--least-ranks", type=int, default=512, help="rows of fewer ranks are left out: parts of "
                         "many have less free surface (default: 512)")
-    parser.add_argument("--fit-ranks", type=int, default=10**9, help="rows of more ranks are not fitted but foretold")
+    parser.add_argument("--fit-ranks", type=int, default=10**9, help="rows of more ranks are not fitted but predicted")
     parser.add_argument("--run", action="append", default=[], metavar="PARTICLES,RANKS",
-                        help="foretell this run; may be given several times")
+                        help="predict this run; may be given several times")
     parser.add_argument("--picture", help="draw weak and strong scaling here (PNG)")
     for name, value, unit, meaning in CONSTANTS:
         parser.add_argument("--" + name, type=float, default=value, metavar=unit or "N",
@@ -147,7 +147,7 @@ class Laws:
         return max(1.02, 1 + self.grain / share)
 
     def making(self, n_tiles, ranks, axis):
-        """Seconds that the root takes for a whole new map: the boxes and the parts."""
+        """Seconds that the root takes for a complete repartition: the boxes and the parts."""
         if self.parts_time is None:
             return math.nan
         parts = self.parts_time @ np.array([n_tiles * math.log2(max(ranks, 2)), ranks])
@@ -170,7 +170,7 @@ class Run:
         off = c.off_node if self.nodes > 1 else 0.0
 
         imbalance = laws.imbalance(share) if ranks > 1 else 1.0
-        # A core by itself, or its part of the node's memory bandwidth, whichever is slower.
+        # The slower of a single core and its part of the node's memory bandwidth.
         self.per_particle = max(c.particle_time, c.particle_traffic * on_node / c.node_bandwidth)
         self.compute = self.own * self.per_particle
         self.uneven = self.compute * (imbalance - 1)
@@ -256,13 +256,13 @@ def print_fit(laws, rows, fit_ranks):
     table(["file", "ranks", "tiles a rank", "sent, counted", "law", "law / counted", "fitted"],
           [[row["file"].rsplit("/", 1)[-1], f"{row['ranks']:.0f}", f"{row['share']:.3g}", bytes_text(row["sent_mean"]),
             bytes_text(laws.sent(row["share"])), f"{laws.sent(row['share']) / row['sent_mean']:.2f}",
-            "yes" if row["ranks"] <= fit_ranks else "foretold"] for row in rows])
+            "yes" if row["ranks"] <= fit_ranks else "predicted"] for row in rows])
     if laws.parts_time is not None:
-        table(["file", "ranks", "whole map, measured", "law", "law / measured", "fitted"],
+        table(["file", "ranks", "complete map, measured", "law", "law / measured", "fitted"],
               [[row["file"].rsplit("/", 1)[-1], f"{row['ranks']:.0f}", seconds(row["partition_time"]),
                 seconds(laws.making(row["n_tiles"], row["ranks"], row["axis"])),
                 f"{laws.making(row['n_tiles'], row['ranks'], row['axis']) / row['partition_time']:.2f}",
-                "yes" if row["ranks"] <= fit_ranks else "foretold"] for row in rows])
+                "yes" if row["ranks"] <= fit_ranks else "predicted"] for row in rows])
 
 
 PARTS = ["compute", "uneven", "exchange", "migrate", "sync", "rebuild", "looks", "maps"]
@@ -281,8 +281,8 @@ def print_runs(title, runs, efficiency):
 
 
 def print_division(runs):
-    print("What one look and one whole new map take, and what they occupy.\n")
-    table(["ranks", "particles", "loaded tiles", "gather", "judge", "steps from look to look", "new map", "its broadcast",
+    print("Time and memory of one imbalance check and one complete repartition.\n")
+    table(["ranks", "particles", "loaded tiles", "gather", "decision", "steps between checks", "new map", "its broadcast",
            "map on each rank", "memory, rank", "root", "root's node", "count at start"],
           [[count_text(run.ranks), count_text(run.particles), count_text(run.tiles), seconds(run.gather),
             seconds(run.judging), count_text(run.look_steps), seconds(run.making), seconds(run.broadcast),
@@ -310,10 +310,10 @@ def print_limits(laws, c, own):
 
     neighbours = 26.0
     limits = [
-        ("looks come less often than every 1000 steps", lambda n: at(n).look_steps > 1000),
-        ("looks come less often than every 10^4 steps", lambda n: at(n).look_steps > 10000),
-        ("whole new maps cost 10 % of the steps between them", of_step(lambda r: r.maps, 0.1)),
-        ("making a whole map takes 10 min", lambda n: at(n).making > 600),
+        ("checks are rarer than every 1000 steps", lambda n: at(n).look_steps > 1000),
+        ("checks are rarer than every 10^4 steps", lambda n: at(n).look_steps > 10000),
+        ("complete repartitions cost 10 % of the steps between them", of_step(lambda r: r.maps, 0.1)),
+        ("a complete repartition takes 10 min", lambda n: at(n).making > 600),
         ("the map is half of what a rank has", lambda n: 2 * at(n).map_bytes > 0.5 * c.node_memory / c.ranks_per_node),
         ("a rank's memory is more than its part of the node",
          lambda n: at(n).rank_memory > c.node_memory / c.ranks_per_node),
@@ -357,7 +357,7 @@ def draw(path, laws, c, weak, strong):
     right.plot([], [], color="0.7", linewidth=0.8, label="particles alone, evenly divided")
     for axes in (left, right):
         for style, text in (("-", "steps alone"), ("--", "and looks"),
-                            (":", f"and a whole new map every {c.map_interval:g}")):
+                            (":", f"and a complete repartition every {c.map_interval:g}")):
             axes.plot([], [], style, color="0.3", label=text)
     for axes, place in ((left, "center right"), (right, "lower left")):
         axes.grid(which="major", color="0.9")
@@ -377,7 +377,7 @@ def main():
     weak, strong = (1e5, 1e6), (1e8, 1e9, 1e11)
     if c.run:
         runs = [Run(laws, c, *map(float, text.split(","))) for text in c.run]
-        print_runs("## Runs asked for", runs, lambda run: (run.compute / run.step, run.compute / run.stepping))
+        print_runs("## Requested runs", runs, lambda run: (run.compute / run.step, run.compute / run.stepping))
         print_division(runs)
     print("## Weak scaling\n")
     for own in weak:

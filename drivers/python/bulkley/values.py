@@ -16,7 +16,7 @@ def values_of(file: ParticleFile, field: str, component: str | int | None = None
     if n == 1 and component is None:
         return values[:, 0]
     if component == "magnitude":
-        weights = np.array([1, 1, 1, 2, 2, 2]) if n == 6 else np.ones(n)  # xy stands for yx, too
+        weights = np.array([1, 1, 1, 2, 2, 2]) if n == 6 else np.ones(n)  # xy also represents yx
         return np.sqrt(values**2 @ weights)
     if component in names:
         return values[:, names.index(component)]

@@ -26,7 +26,7 @@ loss = history["dissipated_energy"][-1]
 print(f"dissipated: {loss:.4g} {history.units['dissipated_energy']} in {history['time'][-1]:.4g} s")
 
 # %% [markdown]
-# A frame is a set of particles at one time. Arrays are read when they are asked for.
+# A frame is a set of particles at one time. Arrays are read on access.
 
 # %%
 frame = run.frames[-1]

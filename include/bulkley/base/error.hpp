@@ -22,7 +22,7 @@ struct UsageError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// The run failed (physics or I/O); thrown alike on every rank, or inside collective_guard. Exit code 3.
+/// The run failed (physics or I/O); thrown on every rank, or inside collective_guard. Exit code 3.
 struct RunError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };

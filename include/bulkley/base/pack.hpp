@@ -2,8 +2,8 @@
 // A pack of doubles processed in one vector instruction, through the compiler's own vector types.
 //
 // Numerical code is written once, as a template on `Real`, and runs for `double` (one particle) and for
-// `Pack` (n_lanes particles). Every lane is computed by the same operations whatever its neighbours hold,
-// so a particle's result never depends on which particles share its pack.
+// `Pack` (n_lanes particles). Every lane is computed by the same operations for any values of its neighbours,
+// so a particle's result never depends on which particles are in its pack.
 
 #include <cmath>
 #include <cstdint>

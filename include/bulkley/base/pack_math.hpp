@@ -1,6 +1,6 @@
 #pragma once
 // Exponential, logarithm and inverse cube root for `double` and `Pack` from one source, without library calls, so that the
-// single material point and the vector kernel compute alike. Polynomial coefficients: interpolation at Chebyshev nodes,
+// single material point and the vector kernel compute the same. Polynomial coefficients: interpolation at Chebyshev nodes,
 // computed with 60 digits; each truncation error is below 1e-17 relative. Not collective.
 
 #include <cstdint>
@@ -35,7 +35,7 @@ inline constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 inline constexpr double ln2_high = 0x1.62e42fefa0000p-1;
 inline constexpr double ln2_low = 0x1.cf79abc9e3b3ap-40;
 
-// Adding 1.5 * 2^52 rounds |a| < 2^51 to an integer, which then stands in the low bits of the sum.
+// Adding 1.5 * 2^52 rounds |a| < 2^51 to an integer, which then is in the low bits of the sum.
 inline constexpr double to_integer = 0x1.8p52;
 inline constexpr std::int64_t to_integer_bits = 0x4338000000000000;
 

@@ -1,5 +1,5 @@
 #pragma once
-// How a C++ type is read from a value and written back: `Codec<T>`. Specialise it beside a type that is not covered here.
+// How a C++ type is read from a value and written back: `Codec<T>`. Specialise it next to a type that is not covered here.
 //
 //   static std::string type(const Rule&);                                  as the reference page names it
 //   static std::string allowed(const Rule&);                               as the reference page states the range
@@ -21,7 +21,7 @@
 
 namespace bulkley::config {
 
-/// Names a type in the functions that are found beside it: `keys(Of<S>)` for a table, `names(Of<E>)` for an enumeration.
+/// Names a type in the functions that are declared next to it: `keys(Of<S>)` for a table, `names(Of<E>)` for an enumeration.
 template <class T>
 struct Of {};
 

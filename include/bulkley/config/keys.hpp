@@ -1,5 +1,5 @@
 #pragma once
-// The keys of a table, declared once beside the struct they fill:
+// The keys of a table, declared once next to the struct they fill:
 //
 //   inline const config::Keys<Wind>& keys(config::Of<Wind>) {
 //     static const auto table = config::Keys<Wind>("The air around the scene.")
@@ -11,13 +11,25 @@
 // struct's own.
 
 #include <functional>
+#include <optional>
 
 #include "bulkley/config/codec.hpp"
 #include "bulkley/config/toml.hpp"
 
 namespace bulkley::config {
 
-void report_unknown_keys(const Value& table, const std::vector<std::string>& known, Faults& faults);
+/// A key's name in the version before, and its present name.
+struct Rename {
+  std::string old_name, name;
+};
+
+/// The table with present names where it uses old ones, each with a warning; nothing if it uses none. Both names of one key
+/// are a fault, unless only one of them is an override of the command line, which then counts. Paths and places stay as
+/// written.
+std::optional<Value> with_present_names(const Value& table, const std::vector<Rename>& renames, Faults& faults);
+/// `known`: the present names; hints also recognise misspelt old names.
+void report_unknown_keys(const Value& table, const std::vector<std::string>& known, const std::vector<Rename>& renames,
+                         Faults& faults);
 void report_missing_key(const Value& table, const std::string& key, bool is_table, Faults& faults);
 void report_unused_key(const Value& key, const std::string& condition, Faults& faults);
 /// Appends the section unless one of that title is there.
@@ -60,19 +72,29 @@ class Keys {
     return *this;
   }
 
+  /// The key declared last was called `old_name` in the version before: scenes may use that name for one version more, with
+  /// a warning. Checks of this table find the key by its present name; those of an enclosing table only if the scene uses
+  /// it.
+  Keys& formerly(const std::string& old_name) {
+    keys_.back().text.old_name = old_name;
+    return *this;
+  }
+
   /// A check over several keys, made after all of them were read without a fault; it may also fill derived members.
   Keys& check(std::function<void(const Value& table, S&, Faults&)> function) {
     check_ = std::move(function);
     return *this;
   }
 
-  /// Fills `s`, which should hold the defaults. `others`: keys of the table that someone else reads.
-  bool read(const Value& table, S& s, Faults& faults, const std::vector<std::string>& others = {}) const {
-    if (!expect_table(table, faults)) return false;
+  /// Fills `s`, which should hold the defaults. `others`: keys of the table that other code reads.
+  bool read(const Value& given_table, S& s, Faults& faults, const std::vector<std::string>& others = {}) const {
+    if (!expect_table(given_table, faults)) return false;
     const std::size_t faults_before = faults.size();
+    const std::optional<Value> renamed = with_present_names(given_table, renames(), faults);
+    const Value& table = renamed ? *renamed : given_table;
     std::vector<std::string> known = names();
     known.insert(known.end(), others.begin(), others.end());
-    report_unknown_keys(table, known, faults);
+    report_unknown_keys(table, known, renames(), faults);
     bool sound = true;
     for (const Key& k : keys_)
       if (const Value* v = table.find(k.text.name)) sound = k.read(*v, s, faults) && sound;
@@ -86,7 +108,7 @@ class Keys {
     return faults.size() == faults_before;
   }
 
-  /// The table that gives `s` again; units stand beside the values.
+  /// The table that gives `s` again; units are comments of the values.
   Value write(const S& s) const {
     Value table = make_table();
     for (const Key& k : keys_)
@@ -109,6 +131,13 @@ class Keys {
   std::vector<std::string> names() const {
     std::vector<std::string> result;
     for (const Key& k : keys_) result.push_back(k.text.name);
+    return result;
+  }
+
+  std::vector<Rename> renames() const {
+    std::vector<Rename> result;
+    for (const Key& k : keys_)
+      if (!k.text.old_name.empty()) result.push_back({k.text.old_name, k.text.name});
     return result;
   }
 

@@ -50,6 +50,7 @@ std::optional<std::string> number_fault(const std::string& name, double value, c
 struct KeyText {
   std::string name, type, unit, default_text, allowed, about;
   bool required = false;
+  std::string old_name = "";  ///< accepted with a warning, not on the page; "" for most keys
 };
 
 /// A section of the reference page.

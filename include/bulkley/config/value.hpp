@@ -1,5 +1,5 @@
 #pragma once
-// What a scene file holds before anyone knows what it means: a tree of values that remember where they stand.
+// The contents of a scene file before interpretation: a tree of values with their places.
 
 #include <cstdint>
 #include <string>
@@ -31,7 +31,7 @@ struct Value {
   std::string path;     ///< from the root, as the command line writes it: "bodies.0.velocity"
   Place place;          ///< of the value
   Place key_place;      ///< of the key
-  std::string comment;  ///< printed beside the value; not read
+  std::string comment;  ///< printed after the value; not read
 
   bool is_table() const { return kind == Kind::table; }
   bool is_list() const { return kind == Kind::list; }
@@ -53,7 +53,7 @@ void add_entry(Value& table, const std::string& key, Value value, const std::str
 std::string in_words(const Value& value);
 /// A table in messages: "[materials.fluid]".
 std::string table_name(const std::string& path);
-/// Where a key stands, in messages: "in [materials.fluid]", or "at the top level".
+/// The place of a key, in messages: "in [materials.fluid]", or "at the top level".
 std::string in_table(const std::string& path);
 /// Path of the entry `key` of the table or list at `path`, its middle left out where it is very long.
 std::string child_path(const std::string& path, const std::string& key);
@@ -62,24 +62,30 @@ std::string child_path(const std::string& path, const std::string& key);
 std::string printable(const std::string& text);
 bool is_utf8(std::string_view text);
 
-/// Collects the faults of an input, so that the user hears of all of them at once.
+/// Collects the faults of an input, so that all are reported at once, and warnings about input that is accepted.
 class Faults {
  public:
   void add(const Place& place, const std::string& sentence);
+  /// A warning is no fault: it is not counted and never thrown.
+  void warn(const Place& place, const std::string& sentence);
   std::size_t size() const { return n_; }
-  /// Whether there are more faults than anyone wants to hear of.
+  /// Whether further faults are counted but not kept.
   bool is_full() const { return faults_.size() >= most; }
   /// Throws UsageError with one line per fault, ordered by their place; does nothing without faults.
   void throw_if_any() const;
+  /// "file:line:column: sentence" of each warning, ordered by place.
+  std::vector<std::string> warnings() const;
 
  private:
   struct Fault {
     Place place;
     std::string sentence;
   };
+  static std::vector<std::string> sentences(std::vector<Fault> faults);
   static constexpr std::size_t most = 100;
   std::size_t n_ = 0;  ///< with those that are not kept
   std::vector<Fault> faults_;
+  std::vector<Fault> warnings_;
 };
 
 }  // namespace bulkley::config

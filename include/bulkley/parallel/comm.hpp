@@ -65,7 +65,7 @@ struct EvenShare {
   GlobalIndex count() const { return end - first; }
 };
 
-/// This rank's share of `n` things, in the order of ranks; no two shares differ by more than one. Not collective.
+/// This rank's part of `n` items, in the order of ranks; no two parts differ by more than one. Not collective.
 EvenShare even_share(const Comm& comm, GlobalIndex n);
 
 /// The root's text on every rank. Collective.

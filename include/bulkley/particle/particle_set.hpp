@@ -16,7 +16,7 @@
 
 namespace bulkley {
 
-/// Fields beside those that every particle has.
+/// Fields in addition to those that every particle has.
 class OptionalFields {
  public:
   constexpr OptionalFields() = default;

@@ -234,7 +234,7 @@ void check_format(const Hdf5Reader& file, const std::string& format, GlobalIndex
   if (found != format) refuse(fmt::format("it is a '{}', not a {}", found, format));
   const GlobalIndex version = file.integer("/", "format_version");
   if (version > newest_version)
-    refuse(fmt::format("its format version is {}, and this program knows versions up to {}", version, newest_version));
+    refuse(fmt::format("its format version is {}, and this program reads versions up to {}", version, newest_version));
   if (version < 1) refuse(fmt::format("its format version is {}, which never existed", version));
 }
 

@@ -1,10 +1,10 @@
 #pragma once
 // An HDF5 file of arrays that is there whole and checked, or not at all; what checkpoints and frames have in common.
 //
-// Writing: the root makes an HDF5 file with all its structure and reserves the room; every rank then writes its block of every
-// array by itself, straight to where HDF5 has put the array; a CRC-32 of each array, the same on any number of ranks, is kept as
-// its attribute `crc32`; the file is flushed to disk, read back and compared, and only then given its name. No call waits for
-// another rank, so that a disk that fails one of them is an error on all and no hang.
+// Writing: the root makes an HDF5 file with all its structure and reserves the room; every rank then writes its block of
+// every array by itself, straight to where HDF5 has put the array; a CRC-32 of each array, the same on any number of ranks,
+// is kept as its attribute `crc32`; the file is flushed to disk, read back and compared, and only then given its name. No
+// call waits for another rank, so that a disk that fails one of them is an error on all and no hang.
 
 #include <cstdint>
 #include <functional>
@@ -70,7 +70,7 @@ Piece read_rows(const Hdf5Reader& file, const ArrayInfo& array, GlobalIndex firs
 void check_pieces(const Comm& comm, const std::string& path, std::span<const std::string> names,
                   std::span<const std::uint32_t> stored, std::span<const Piece> pieces);
 
-/// Reads the arrays of `path` on all ranks, a share each, and compares their checksums. Throws RunError. Collective.
+/// Reads the arrays of `path` on all ranks, a part each, and compares their checksums. Throws RunError. Collective.
 void verify_arrays(const Comm& comm, const std::string& path, const std::vector<std::string>& arrays);
 
 /// The stored checksum of an array. Not collective.

@@ -66,7 +66,7 @@ void silence_hdf5() { BULKLEY_HDF5(H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr));
 std::string hdf5_reason() {
   std::string reason = "HDF5 gave no reason";
   BULKLEY_HDF5(H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, keep_innermost, &reason));
-  // A failed call of the system is told over two lines with time, buffer and sizes; its own words are enough.
+  // A failed system call is reported in two lines with time, buffer and sizes; its own text is enough.
   const std::string begin = "error message = '";
   if (const std::size_t at = reason.find(begin); at != std::string::npos) {
     const std::size_t words = at + begin.size();

@@ -51,7 +51,7 @@ class HdfHandle {
     std::swap(id_, other.id_);
     return *this;
   }
-  // A destructor has nobody to tell of a failure; the one close that can lose data is Hdf5Writer::close.
+  // A destructor cannot report a failure; the one close that can lose data is Hdf5Writer::close.
   ~HdfHandle() {
     if (id_ >= 0) Close(id_);
   }
@@ -83,7 +83,7 @@ std::string part_name(const std::string& name, int part);
 /// Product of the extents; 1 for a scalar.
 GlobalIndex n_elements(const Extents& shape);
 
-/// Text that other programs want marked as ASCII; ours is marked as UTF-8. Written only: it is read as std::string.
+/// Text that other programs expect to be marked as ASCII; ours is marked as UTF-8. Written only: it is read as std::string.
 struct AsciiText {
   std::string text;
 };
@@ -101,10 +101,10 @@ class Hdf5Writer {
   /// Groups on the way are created too.
   void create_group(const std::string& path);
   /// Sets or overwrites (same type and size) an attribute of a group or array. An attribute holds less than 64 KiB: longer
-  /// text goes on in `name`_2, `name`_3, ...
+  /// text continues in `name`_2, `name`_3, ...
   void set_attribute(const std::string& object, const std::string& name, const AttributeValue& value);
-  /// A contiguous dataset with its space in the file assigned at once and no fill values. Where its values begin in the file,
-  /// bytes; 0 if it has none.
+  /// A contiguous dataset with its space in the file assigned at once and no fill values. Where its values begin in the
+  /// file, bytes; 0 if it has none.
   GlobalIndex create_array(const std::string& path, ArrayType type, const Extents& shape);
   /// A dataset of compressed chunks, for write_block. `deflate_level`: 1 to 9. Precondition: the array is not empty.
   void create_compressed(const std::string& path, ArrayType type, const Extents& shape, int deflate_level);

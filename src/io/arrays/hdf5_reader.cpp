@@ -25,7 +25,8 @@ double size_of_file(const std::string& path) {
   return error ? 0.0 : static_cast<double>(size);
 }
 
-/// Whether an array of this shape can be read plane by plane. It may be larger than the file, where nothing was written to it.
+/// Whether an array of this shape can be read plane by plane. It may be larger than the file, where nothing was written to
+/// it.
 bool is_possible(const std::vector<hsize_t>& extents, double element_bytes, double file_bytes) {
   constexpr double small_plane = 1 << 24, most_bytes = 0x1p62;
   double plane = element_bytes;
@@ -58,7 +59,7 @@ std::string Hdf5Reader::damaged(const std::string& what) const {
 }
 
 bool Hdf5Reader::has(const std::string& object) const {
-  // Every group on the way is asked for in turn: HDF5 fails on a missing one.
+  // Every group on the way is checked in turn: HDF5 fails on a missing one.
   for (std::size_t end = object.find('/', 1);; end = object.find('/', end + 1)) {
     const std::string part = object.substr(0, end);
     if (BULKLEY_HDF5_LOCAL(damaged(part), H5Lexists(file_.get(), part.c_str(), H5P_DEFAULT)) == 0) return false;
@@ -81,7 +82,7 @@ AttributeValue Hdf5Reader::attribute(const std::string& object, const std::strin
   const bool scalar = BULKLEY_HDF5_LOCAL(what, H5Sget_simple_extent_type(space.get())) == H5S_SCALAR;
   const H5T_class_t kind = BULKLEY_HDF5_LOCAL(what, H5Tget_class(type.get()));
 
-  // Before memory is taken: a spoilt size may be anything.
+  // Before memory is taken: a corrupted size may be anything.
   const double bytes = static_cast<double>(n) * static_cast<double>(BULKLEY_HDF5_LOCAL(what, H5Tget_size(type.get())));
   if (!(bytes >= 0.0 && bytes <= size_of_file(path_)))
     fail(fmt::format("attribute '{}' of {} is damaged (its size)", name, object));

@@ -1,11 +1,11 @@
 #pragma once
-// What the HDF5 writer and reader share.
+// Common to the HDF5 writer and reader.
 
 #include "io/arrays/hdf5_file.hpp"
 
 namespace bulkley {
 
-/// The element type as HDF5 knows it in the file.
+/// The HDF5 element type in the file.
 hid_t hdf5_type(ArrayType type);
 
 HdfSpace make_space(const Extents& shape);

@@ -124,7 +124,7 @@ using FieldsOf = std::function<std::vector<FieldInfo>(const Hdf5Reader&)>;
 using RowSink = std::function<void(const FieldInfo&, GlobalIndex row, GlobalIndex n, const std::byte* rows)>;
 
 /// Reads rows [first, first + count) of fields into `sink`, where `row` counts from `first`, and verifies checksums and
-/// values. The ranks' shares make up the whole file. Collective.
+/// values. The ranks' parts make up the whole file. Collective.
 void read_fields(const Comm& comm, const std::string& file, const CheckpointHeader& header, GlobalIndex first,
                  GlobalIndex count, const FieldsOf& fields_of, const RowSink& sink) {
   std::vector<std::string> names;
@@ -250,8 +250,8 @@ std::optional<std::string> read_latest_checkpoint(const Comm& comm, const std::s
     try {
       read(file);
       return file;
-    } catch (const RunError& error) {  // alike on every rank
-      warnings.push_back(fmt::format("checkpoint passed over: {}", error.what()));
+    } catch (const RunError& error) {  // on every rank
+      warnings.push_back(fmt::format("checkpoint skipped: {}", error.what()));
     }
   }
   return std::nullopt;

@@ -1,5 +1,5 @@
 #pragma once
-// Checkpoints: everything a run needs to go on as if it had never stopped, on any number of ranks.
+// Checkpoints: everything a run needs to continue as if it had never stopped, on any number of ranks.
 //
 // One file, checkpoint_STEP.h5 (docs/architecture.md, "Files"): /particles holds every field that the field table marks as
 // written, as (N), (N,3), (N,3,3) or (N,6: xx yy zz xy yz xz); the attributes of / hold the header; those of /state the
@@ -35,7 +35,7 @@ struct CheckpointHeader {
 
 /// Writes `folder`/checkpoint_STEP.h5 and its XDMF sidecar, then removes the oldest checkpoints beyond the `keep` newest
 /// up to this step, and leftovers of interrupted writes. The root's header is the one that counts; its n_ranks is set to the
-/// number of ranks. Throws RunError, also when a particle is not what verify_checkpoint asks for, and then older checkpoints
+/// number of ranks. Throws RunError, also when a particle fails verify_checkpoint, and then older checkpoints
 /// are all still there. Collective.
 void write_checkpoint(const Comm& comm, const std::string& folder, const CheckpointHeader& header,
                       const ParticleSet& particles, std::span<const std::string> material_names, int keep);
@@ -50,11 +50,11 @@ std::string checkpoint_path(const std::string& folder, GlobalIndex step);
 /// RunError with one sentence that names the file and the fault. Collective.
 CheckpointHeader read_header(const Comm& comm, const std::string& file);
 
-/// read_header, the checksums of all arrays, and what particles must be: finite numbers, materials that the file knows, ids
+/// read_header, the checksums of all arrays, and the particles: finite numbers, materials of the file, ids
 /// that are not negative and occur once. Throws RunError. Collective.
 CheckpointHeader verify_checkpoint(const Comm& comm, const std::string& file);
 
-/// Replaces `particles` by particles [first, first + count) of the file, in the order of the file. The ranks' shares must
+/// Replaces `particles` by particles [first, first + count) of the file, in the order of the file. The ranks' parts must
 /// follow each other in rank order and make up the whole file, so that the checksums are verified on the way. Fields that
 /// are not written are zero. Checks what verify_checkpoint checks. Throws RunError. Collective.
 void read_checkpoint(const Comm& comm, const std::string& file, GlobalIndex first, GlobalIndex count,
@@ -65,8 +65,8 @@ void read_checkpoint(const Comm& comm, const std::string& file, GlobalIndex firs
 std::optional<std::string> find_latest_checkpoint(const Comm& comm, const std::string& folder,
                                                   std::vector<std::string>& warnings);
 
-/// Calls `read` with the newest checkpoint in `folder`; while it throws RunError, which becomes a sentence in `warnings`, with
-/// the one before. The file that was read, if any. `read` must behave alike on every rank. Collective.
+/// Calls `read` with the newest checkpoint in `folder`; while it throws RunError, which becomes a sentence in `warnings`,
+/// with the one before. The file that was read, if any. `read` must behave in the same way on every rank. Collective.
 std::optional<std::string> read_latest_checkpoint(const Comm& comm, const std::string& folder,
                                                   std::vector<std::string>& warnings,
                                                   const std::function<void(const std::string& file)>& read);
@@ -76,7 +76,7 @@ std::optional<std::string> read_latest_checkpoint(const Comm& comm, const std::s
 /// Returns how many were removed. Collective.
 int remove_checkpoints_after(const Comm& comm, const std::string& folder, GlobalIndex step);
 
-/// What a checkpoint or frame holds, as text for people; verifies all its checksums. Throws RunError. Collective.
+/// What a checkpoint or frame holds, as human-readable text; verifies all its checksums. Throws RunError. Collective.
 std::string describe_file(const Comm& comm, const std::string& file);
 
 }  // namespace bulkley

@@ -24,7 +24,7 @@ std::vector<std::byte> read_whole(const Hdf5Reader& file, const std::string& pat
   return data;
 }
 
-/// Ids in ascending order and the rows they stand in.
+/// Ids in ascending order and their rows.
 struct Ids {
   std::vector<GlobalIndex> id;
   std::vector<GlobalIndex> row;

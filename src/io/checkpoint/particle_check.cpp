@@ -24,9 +24,9 @@ bool must_be_positive(Field field) {
   return field == Field::mass || field == Field::reference_volume || field == Field::volume_ratio;
 }
 
-constexpr GlobalIndex ids_per_round = GlobalIndex{1} << 22;  // 32 MiB a rank, whatever the number of particles
+constexpr GlobalIndex ids_per_round = GlobalIndex{1} << 22;  // 32 MiB per rank, for any number of particles
 
-/// Spreads ids evenly over `n` places, whatever their pattern.
+/// Spreads ids evenly over `n` places, for any pattern.
 std::size_t place_of(GlobalIndex id, std::size_t n) {
   return static_cast<std::size_t>(splitmix64(static_cast<std::uint64_t>(id))) % n;
 }
@@ -61,7 +61,7 @@ std::vector<GlobalIndex> exchange_ids(const Comm& comm, const std::vector<std::v
 }
 
 /// Equal ids meet on one rank in one round. A rank's own are compared first: after that no id comes more than once from a
-/// rank, so that the hash shares them out evenly even if the file is wrong.
+/// rank, so that the hash distributes them evenly even if the file is wrong.
 void expect_unique(const Comm& comm, const std::string& what, const std::vector<GlobalIndex>& ids) {
   const auto fewest_rounds = static_cast<GlobalIndex>(ids.size()) / ids_per_round + 1;
   const auto n_rounds = static_cast<std::size_t>(max_global(comm, fewest_rounds));
@@ -97,7 +97,7 @@ void ParticleCheck::look_at(const FieldInfo& field, GlobalIndex first, GlobalInd
     if (field.type == FieldType::uint8) {
       const auto index = static_cast<std::size_t>(rows[v]);
       if (field.field == Field::material && index >= n_materials_)
-        refuse(field, particle(v), fmt::format("{}, and the file knows {} materials", index, n_materials_));
+        refuse(field, particle(v), fmt::format("{}, and the file has {} materials", index, n_materials_));
     } else if (field.type == FieldType::int64) {
       const auto id = value_at<GlobalIndex>(rows, v);
       if (id < 0) refuse(field, particle(v), fmt::format("{} and must not be negative", id));

@@ -1,5 +1,5 @@
 #pragma once
-// What particles in a checkpoint must be, whatever its checksums say: a file may be whole and wrong.
+// Requirements on particles in a checkpoint, beyond its checksums: a complete file may be wrong.
 
 #include <string>
 #include <vector>
@@ -9,7 +9,7 @@
 
 namespace bulkley {
 
-/// Looks at the rows of a rank's share as they are read or written.
+/// Checks the rows of a rank's part as they are read or written.
 class ParticleCheck {
  public:
   /// `what`: how sentences begin. `n_materials`: indices of materials must be below it.
@@ -24,7 +24,8 @@ class ParticleCheck {
   /// Throws RunError with the first fault that this rank has seen. Not collective.
   void throw_if_seen() const;
 
-  /// Throws RunError with the first fault that any rank has seen, or naming one of the kept ids that occurs twice. Collective.
+  /// Throws RunError with the first fault that any rank has seen, or naming one of the kept ids that occurs twice.
+  /// Collective.
   void throw_if_any(const Comm& comm);
 
  private:

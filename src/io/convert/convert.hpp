@@ -1,7 +1,7 @@
 #pragma once
 // Particles of a frame or checkpoint for programs that read neither: VTK files and tables as text.
 //
-// Every rank reads and writes an equal share of the file's rows, in blocks; the bytes of what is written are the same on any
+// Every rank reads and writes an equal part of the file's rows, in blocks; the bytes of what is written are the same on any
 // number of ranks. Rows keep the order of the file.
 
 #include <limits>
@@ -22,13 +22,13 @@ enum class ConvertFormat {
 
 /// What of a file is wanted.
 struct Selection {
-  std::vector<std::string> fields;  ///< beside the position; empty: all
+  std::vector<std::string> fields;  ///< in addition to the position; empty: all
   Bounds region{Vec3::Constant(-std::numeric_limits<double>::infinity()),
                 Vec3::Constant(std::numeric_limits<double>::infinity())};  ///< m; lower <= position < upper
   GlobalIndex every = 1;  ///< about one particle in so many, chosen by their ids (is_chosen)
 };
 
-/// Whether a particle is of the one in `every` that is kept: by a hash of its id, since ids themselves stand in the pattern
+/// Whether a particle is of the one in `every` that is kept: by a hash of its id, since ids themselves follow the pattern
 /// of the seeding. The same at all times and on any number of ranks. Not collective.
 bool is_chosen(GlobalIndex id, GlobalIndex every);
 
@@ -40,9 +40,9 @@ struct Conversion {
 };
 
 /// Writes the selected particles of `input`, whose checksums are verified, to `output`, which appears whole or not at all.
-/// Memory: some blocks of 16 MiB and a bit a particle of a rank's share. Throws UsageError for a file that is neither frame
-/// nor checkpoint, or has not the fields that are asked for; RunError for one that is damaged, and when `output` cannot be
-/// written. Collective.
+/// Memory: some blocks of 16 MiB and one bit per particle of a rank's part. Throws UsageError for a file that is neither
+/// frame nor checkpoint, or does not have the requested fields; RunError for one that is damaged, and when `output` cannot
+/// be written. Collective.
 Conversion convert_file(const Comm& comm, const std::string& input, const std::string& output, ConvertFormat format,
                         const Selection& selection);
 

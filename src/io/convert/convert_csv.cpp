@@ -79,7 +79,7 @@ void append_row(std::string& text, const std::vector<const Column*>& columns,
 /// Calls `sink(lines)` with the lines of this rank, some at a time.
 void for_each_text(const Share& share, const std::vector<const Column*>& columns,
                    const std::function<void(const std::string&)>& sink) {
-  constexpr GlobalIndex letters_per_byte = 4;  // of a value in memory, nearly: text takes more than what it tells
+  constexpr GlobalIndex letters_per_byte = 4;  // of a value in memory, nearly: text takes more than the value
   GlobalIndex row_bytes = 0;
   for (const Column* column : columns) row_bytes += column->row_bytes();
   const GlobalIndex step = rows_at_a_time(letters_per_byte * row_bytes);

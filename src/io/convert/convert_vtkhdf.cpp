@@ -29,7 +29,7 @@ Array array_of(const std::string& name, ArrayType type, GlobalIndex n_total, Glo
 Array column_array(const Share& share, const Column& column, const std::string& name) {
   Array array = array_of(name, column.array.type, share.total, share.first, share.rows.count(), column.name);
   array.unit = column.unit;
-  if (column.n_components > 1) {  // the reader knows no more than two axes
+  if (column.n_components > 1) {  // the reader supports at most two axes
     array.shape.push_back(column.n_components);
     array.start.push_back(0);
     array.count.push_back(column.n_components);

@@ -62,7 +62,7 @@ std::vector<Block> blocks_of(const Share& share) {
   return blocks;
 }
 
-/// Where the size of each array stands, from the beginning of the data, and the end of all.
+/// The offset of the size of each array, from the beginning of the data, and the end of all.
 std::vector<GlobalIndex> offsets_of(const std::vector<Block>& blocks, GlobalIndex n_rows) {
   std::vector<GlobalIndex> offsets{0};
   for (const Block& block : blocks)

@@ -105,7 +105,7 @@ Snapshot read_moment(const Hdf5Reader& file, const Selection& selection) {
   if (selection.every > 1) {
     if (!file.has("/particles/id"))
       throw UsageError(fmt::format(
-          "--every: '{}' does not say the ids of its particles, by which they are chosen: add \"id\" to output.fields",
+          "--every: '{}' does not contain the ids of its particles, by which they are selected: add \"id\" to output.fields",
           file.path()));
     if (file.array("/particles/id").type != ArrayType::int64)
       throw RunError(fmt::format("cannot read '{}': its ids are not 64-bit integers", file.path()));

@@ -24,7 +24,7 @@ struct Snapshot {
   GlobalIndex step = 0;
   GlobalIndex n_particles = 0;
   Column position;
-  std::vector<Column> fields;  ///< wanted, in the order asked for, else: id first, then by name
+  std::vector<Column> fields;  ///< requested, in that order; otherwise: id first, then by name
 };
 
 /// Throws UsageError and RunError as convert_file. Not collective.
@@ -33,7 +33,7 @@ Snapshot read_moment(const Hdf5Reader& file, const Selection& selection);
 /// The arrays that converting reads.
 std::vector<std::string> arrays_read(const Snapshot& snapshot, const Selection& selection);
 
-/// The rows of a share of a file that a selection takes.
+/// The selected rows of a part of a file.
 class SelectedRows {
  public:
   /// Rows [first, last) of the file. `file` must outlive this. Throws RunError. Not collective.
@@ -52,8 +52,8 @@ class SelectedRows {
 
   const Hdf5Reader& file_;
   GlobalIndex first_, last_;
-  std::vector<bool> taken_;          // of each row of the share
-  std::vector<GlobalIndex> before_;  // rows taken before each block of the share, and in all
+  std::vector<bool> taken_;          // of each row of the part
+  std::vector<GlobalIndex> before_;  // rows taken before each block of the part, and in all
 };
 
 /// Of this rank: what it writes, and its place among all ranks.
@@ -64,7 +64,7 @@ struct Share {
   GlobalIndex total = 0;  ///< by all ranks
 };
 
-/// Rows of a share at a time, so that `row_bytes` a row take a bounded piece of memory.
+/// Rows of a part at a time, so that `row_bytes` a row take a bounded piece of memory.
 GlobalIndex rows_at_a_time(GlobalIndex row_bytes);
 
 /// Collective.

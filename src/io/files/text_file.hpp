@@ -9,8 +9,8 @@ namespace bulkley {
 /// `folder`/`name`.
 std::string path_in(const std::string& folder, const std::string& name);
 
-/// Writes `text` under a temporary name beside `path`, flushes it to disk and renames it, so that a reader sees the old file
-/// or the new one, never a part. Throws RunError.
+/// Writes `text` under a temporary name in the folder of `path`, flushes it to disk and renames it, so that a reader sees
+/// the old file or the new one, never a part. Throws RunError.
 void write_text_atomically(const std::string& path, const std::string& text);
 
 /// The whole file. Throws RunError.
@@ -41,7 +41,7 @@ class GrowingFile {
   GrowingFile& operator=(const GrowingFile&) = delete;
   /// Opens a file that exists. Throws RunError.
   void open(const std::string& path);
-  /// Throws RunError; then a part of `text` may stand at the end of the file.
+  /// Throws RunError; then a part of `text` may be at the end of the file.
   void append(const std::string& text);
   /// Flushes what was appended to disk. Throws RunError.
   void sync();

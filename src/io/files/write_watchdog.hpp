@@ -1,5 +1,5 @@
 #pragma once
-// A write that never ends becomes an error: file systems over a network can leave a call hanging for ever.
+// A write that never ends becomes an error: file systems over a network can leave a call hanging forever.
 
 #include <chrono>
 #include <condition_variable>
@@ -11,8 +11,8 @@
 
 namespace bulkley {
 
-/// A thread of every rank that ends the program (exit code 3) when a watched write takes too long. It asks neither MPI nor the
-/// file system for anything: both may be what hangs.
+/// A thread of every rank that ends the program (exit code 3) when a watched write takes too long. It calls neither MPI nor
+/// the file system for anything: both may be what hangs.
 class WriteWatchdog {
  public:
   /// `limit`: s; 0: no thread, nothing is watched. Not collective.

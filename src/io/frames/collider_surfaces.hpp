@@ -1,10 +1,10 @@
 #pragma once
 // Surfaces of the colliders, so that pictures show them.
 //
-// colliders.h5 holds /colliders of a run: vertices, triangles, and the collider that each triangle belongs to, where the scene
-// file puts them. Each frame has where they are: /colliders/rotation and /colliders/translation (a point X of the scene is at
-// rotation X + translation), and, where any collider moves, all vertices moved: no transform in XDMF works alike in both of
-// ParaView's readers. FrameSeries lists them in colliders.xdmf.
+// colliders.h5 holds /colliders of a run: vertices, triangles, and the collider that each triangle belongs to, where the
+// scene file puts them. Each frame has where they are: /colliders/rotation and /colliders/translation (a point X of the
+// scene is at rotation X + translation), and, where any collider moves, all vertices moved: no transform in XDMF works in
+// both of ParaView's readers. FrameSeries lists them in colliders.xdmf.
 
 #include <string>
 #include <vector>

@@ -1,7 +1,7 @@
 #pragma once
-// Visual output: what a run looks like at one time, for ParaView.
+// Visual output: fields of a run at one time, for ParaView.
 //
-// frame_<index>.h5 holds /particles (position and the fields that the scene asks for), if asked for /grid and /tiles, and
+// frame_<index>.h5 holds /particles (position and the fields selected in the scene), if requested /grid and /tiles, and
 // /colliders where there are any (collider_surfaces.hpp); the time series are frames.xdmf, grid.xdmf, tiles.xdmf and
 // colliders.xdmf. Frames are for looking at: float32 by default, and never read
 // back by a run.

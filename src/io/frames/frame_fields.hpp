@@ -13,7 +13,7 @@ Array frame_array(const std::string& name, FloatPrecision precision, const Parti
 /// /grid/mass_density and /grid/velocity, (nz, ny, nx) and (nz, ny, nx, 3).
 std::vector<Array> grid_arrays(const GridNodes& nodes, FloatPrecision precision);
 
-/// /tiles/rank, /tiles/particles and /tiles/load, (nz, ny, nx) of tiles; each rank writes a share of the z-planes.
+/// /tiles/rank, /tiles/particles and /tiles/load, (nz, ny, nx) of tiles; each rank writes a part of the z-planes.
 std::vector<Array> tile_arrays(const Comm& comm, const TileValues& tiles);
 
 }  // namespace bulkley

@@ -61,7 +61,7 @@ std::string attributes(const std::string& file, const std::vector<XdmfField>& fi
   return text;
 }
 
-/// A grid of points in space, joined to cells as `topology` (an element's attributes) says.
+/// A grid of points in space, joined to cells as `topology` (an element's attributes) specifies.
 std::string unstructured(const char* name, double time, const std::string& topology, const std::string& connectivity,
                          const std::string& positions, const std::string& attributes) {
   return fmt::format(R"(      <Grid Name="{}" GridType="Uniform">

@@ -1,5 +1,5 @@
 #pragma once
-// status.json: how a run stands, for job scripts; and the memory it takes.
+// status.json: progress of a run, for job scripts; and its memory.
 
 #include <cstddef>
 #include <string>

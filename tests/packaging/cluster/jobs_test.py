@@ -18,7 +18,7 @@ CLUSTER = pathlib.Path(__file__).resolve().parents[3] / "cluster" / "jobs"
 CLOCK = "2:00:00"  # the time limit
 LIMIT = "--max-walltime 6900s"  # which is that less the reserve of 300 s
 COMMANDS = {
-    # Notes its options; then does what the file "part" says.
+    # Records its options; then follows the file "part".
     "bulkley": 'echo "bulkley $*" >>calls.txt; . ./part',
     "srun": 'shift; "$@"',  # --mpi=pmix
     "mpirun": 'shift 2; exec "$@"',  # -n N
@@ -141,19 +141,19 @@ class Cases:
         f = self.folder()
         self.expect("killed after a checkpoint", self.next(f, 1, f.writes("running", 50, 137)), 4, LIMIT,
                     self.again(self.chain(1)[0]))
-        # srun says 0 when a node is lost.
+        # srun returns 0 when a node is lost.
         self.expect("killed later", self.next(f, 1, f.writes("running", 100, 0)), 4, f"--restart {LIMIT}",
                     self.again(self.chain(1)[0]))
         self.expect("killed at once", self.next(f, 2, "exit 137"), 4, f"--restart {LIMIT}", self.again(self.chain(2)[0]))
         self.expect("killed twice at one step", self.next(f, 3, "exit 137"), 1, f"--restart {LIMIT}", None,
                     "no further than step 100")
-        self.expect("submitted anew", f.job("90", f.writes("finished", 150, 0), BULKLEY_CHAIN=""), 0,
+        self.expect("submitted again", f.job("90", f.writes("finished", 150, 0), BULKLEY_CHAIN=""), 0,
                     f"--restart {LIMIT}")
 
     def node_lost(self):
-        """The script dies with the node and says nothing; the batch system starts it anew."""
+        """The script ends with the node without a message; the batch system starts it again."""
         f = self.folder()
-        # The script's whole process group dies: no word, no request.
+        # The script's whole process group is killed: no message, no request.
         kill_all = "kill -KILL -- -$(ps -o pgid= $$ | tr -d ' ')"
         f_lost = f.writes("running", 0, 0, checkpoint=False).replace("exit 0", kill_all)
         for _ in range(2):
@@ -177,7 +177,7 @@ class Cases:
         f = self.folder()
         self.expect("killed before a checkpoint", self.next(f, 1, f.writes("running", 0, 137, checkpoint=False)), 4,
                     LIMIT, self.again(self.chain(1)[0]))
-        self.expect("begins anew", self.next(f, 2, f.writes("finished", 100, 0)), 0, f"--overwrite {LIMIT}")
+        self.expect("starts again", self.next(f, 2, f.writes("finished", 100, 0)), 0, f"--overwrite {LIMIT}")
         f = self.folder()
         (f.output / "status.json").write_text(status("running", 50), encoding="utf-8")
         self.expect("a folder that no job made is not emptied", self.next(f, 1, "exit 2"), 2, LIMIT, None, "refused")

@@ -1,4 +1,4 @@
-"""The blocks of code in Markdown pages, and what comments say of their test (tests/packaging/docs/README.md)."""
+"""The blocks of code in Markdown pages, and the comments on their tests (tests/packaging/docs/README.md)."""
 
 import re
 import shlex
@@ -117,7 +117,7 @@ def without_variables(words):
 
 
 def is_shell(block, root):
-    """Whether a block holds commands: it says so, or its first word is a program."""
+    """Whether a block contains commands: by its comment, or because its first word is a program."""
     if block.language:
         return block.language in SHELL
     if is_toml(block.text):

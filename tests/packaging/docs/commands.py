@@ -28,7 +28,7 @@ WRITTEN_PAGES = {
     "docs/command-line.md": ("skip", "printed by `bulkley command-reference`: synopses, not commands"),
     "docs/verification.md": ("validate", "written by tests/verification/report.py: they are tests themselves"),
 }
-# Run unless a comment says otherwise. Any other program must have a comment.
+# Run unless a comment excludes it. Any other program must have a comment.
 RUN = {".", "bulkley", "build/bulkley", "mpirun", "pvpython", "python3", "cat", "cp", "grep", "head", "ls", "mkdir", "rm",
        "sed", "tail", "touch"}
 LIMIT = 300.0  # s, for one block, on a machine that does much else
@@ -41,7 +41,7 @@ exec {program} "$@"
 
 
 class Failure(Exception):
-    """A command that did not do what its page says."""
+    """A command that does not work as its page describes."""
 
 
 def parse_arguments():
@@ -176,7 +176,7 @@ class Tester:
         return outcome.stdout
 
     def compare(self, block, output):
-        """Every line of the block must be in the output; "..." stands for anything."""
+        """Every line of the block must be in the output; "..." matches any text."""
         if output is None:
             raise Failure("an output block follows a block that was run")
         text = " ".join(output.split())

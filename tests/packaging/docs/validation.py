@@ -1,4 +1,4 @@
-"""What can be said of a command without running it: programs, files, options, presets and labels exist."""
+"""Checks of a command without running it: programs, files, options, presets and labels exist."""
 
 import json
 import re
@@ -44,7 +44,7 @@ class Validator:
         return f"how to validate '{name}' is not known"
 
     def text_of_help(self, *command):
-        """What a command says of its options; empty if it fails."""
+        """The help text of a command; empty if it fails."""
         if command not in self.help:
             outcome = subprocess.run([*command, "--help"], capture_output=True, text=True, timeout=60)
             self.help[command] = outcome.stdout if outcome.returncode == 0 else ""

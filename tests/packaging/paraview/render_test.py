@@ -1,4 +1,4 @@
-"""What render.py and open_run.py make of a sample run, judged by pixels. Usage: render_test.py PVPYTHON SCRIPTS RUN FOLDER
+"""Output of render.py and open_run.py for a sample run, checked by pixels. Usage: render_test.py PVPYTHON SCRIPTS RUN FOLDER
 
 The sample: a ball that falls, colliders "stone" (rests) and "paddle" (turns as it rises), three frames with particles.
 """

@@ -93,7 +93,7 @@ def read_csv(path, arrays):
 # --- contents ---------------------------------------------------------------------------------------------------
 
 def equal(found, wanted, what):
-    """The same bits, whatever the shape of a row."""
+    """The same bits for rows of any shape."""
     wanted = wanted.reshape(len(wanted), int(np.prod(wanted.shape[1:])))
     found = np.asarray(found).reshape(len(found), -1) if len(found) else np.empty(wanted.shape, wanted.dtype)
     if found.shape != wanted.shape or not np.array_equal(found, wanted):
@@ -204,7 +204,7 @@ def check_refusals(test, run):
     shutil.copy(frame, test.work / "no_ids.h5")
     with h5py.File(test.work / "no_ids.h5", "r+") as file:
         del file["particles/id"]
-    test.refuses("no_ids.h5", *to, "--every", 2, words=["does not say the ids of its particles", "output.fields"])
+    test.refuses("no_ids.h5", *to, "--every", 2, words=["does not contain the ids of its particles", "output.fields"])
     shutil.copy(next(run.glob("checkpoint_*.h5")), test.work / "damaged.h5")
     with h5py.File(test.work / "damaged.h5", "r+") as file:
         file["particles/velocity"][7, 1] += 1.0

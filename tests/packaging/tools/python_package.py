@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""drivers/python: every function of the package against what h5py, csv and plain loops say of a small run."""
+"""drivers/python: every function of the package compared with h5py, csv and plain loops on a small run."""
 
 import csv
 import json

@@ -1,4 +1,4 @@
-"""A small run for tests of what looks at runs."""
+"""A small run for tests of programs that read runs."""
 
 import pathlib
 import sys

@@ -43,6 +43,7 @@ const config::Keys<Wind>& keys(config::Of<Wind>) {
       config::Keys<Wind>("The air.")
           .key("speed", &Wind::speed, {.about = "How fast.", .unit = "m/s", .range = config::above_to(0.0, 10.0)})
           .key("layers", &Wind::layers, {.about = "How many.", .choices = {1, 3, 9}})
+          .formerly("stratification")
           .key("small", &Wind::small, {.about = "A byte."})
           .key("mode", &Wind::mode, {.about = "Its mood."})
           .key("direction", &Wind::direction, {.about = "Where to."})
@@ -149,8 +150,59 @@ TEST(Keys, TellValuesOutOfRange) {
   EXPECT_EQ(faults_of("name = \"\""), "f:1:8: 'name' is \"\"; it must be a text of at least one letter");
 }
 
+/// Faults, or the layers read and the warnings, a line each.
+std::string layers_of(const std::string& text, const std::vector<std::string>& overrides = {}) {
+  Wind wind;
+  Faults faults;
+  config::Value root = parse_toml(text, "f");
+  for (const std::string& assignment : overrides) apply_override(root, assignment, faults);
+  keys(config::Of<Wind>{}).read(root, wind, faults);
+  try {
+    faults.throw_if_any();
+  } catch (const UsageError& error) {
+    return error.what();
+  }
+  std::string result = std::to_string(wind.layers);
+  for (const std::string& warning : faults.warnings()) result += '\n' + warning;
+  return result;
+}
+
+TEST(Keys, AcceptAnOldNameWithAWarning) {
+  const std::string warning = "'stratification' is now called 'layers'; the old name is accepted in this version only";
+  EXPECT_EQ(layers_of("name = \"x\"\nlayers = 9"), "9");
+  EXPECT_EQ(layers_of("name = \"x\"\nstratification = 9"), "9\nf:2:1: " + warning);
+  EXPECT_EQ(layers_of("name = \"x\"", {"stratification=1"}), "1\n--set stratification=1: " + warning);
+  EXPECT_EQ(layers_of("name = \"x\"\nstratification = 2"), "f:2:18: 'stratification' is 2; it must be one of 1, 3, 9");
+}
+
+TEST(Keys, AnOverrideReplacesAValueOfEitherName) {
+  EXPECT_EQ(layers_of("name = \"x\"\nlayers = 9", {"stratification=1"}).substr(0, 1), "1");
+  EXPECT_EQ(layers_of("name = \"x\"\nstratification = 9", {"layers=1"}).substr(0, 1), "1");
+}
+
+TEST(Keys, RefuseBothNamesOfAKey) {
+  const std::string sentence =
+      "'stratification' and 'layers' are both given; the first is the old name of the second: give 'layers' alone";
+  EXPECT_EQ(layers_of("name = \"x\"\nlayers = 9\nstratification = 9"), "f:3:1: " + sentence);
+  EXPECT_EQ(layers_of("name = \"x\"", {"layers=1", "stratification=1"}), "--set stratification=1: " + sentence);
+}
+
+TEST(Keys, RecogniseAMisspeltOldName) {
+  EXPECT_EQ(faults_of("name = \"x\"\nstratifcation = 3"),
+            "f:2:1: unknown key 'stratifcation' at the top level; did you mean 'layers', formerly 'stratification'?");
+}
+
+TEST(Keys, WriteAndDescribeThePresentNameOnly) {
+  Wind wind;
+  EXPECT_EQ(print_toml(keys(config::Of<Wind>{}).write(wind)).find("stratification"), std::string::npos);
+  std::vector<config::TableText> sections;
+  keys(config::Of<Wind>{}).describe("[wind]", "wind", sections);
+  EXPECT_EQ(config::print_reference(sections).find("stratification"), std::string::npos);
+  EXPECT_EQ(sections.at(0).keys.at(1).old_name, "stratification");
+}
+
 TEST(Keys, RefuseKeysThatDoNotCount) {
-  EXPECT_EQ(faults_of("name = \"x\"\nratio = 1"), "f:2:1: 'ratio' is given but counts only with mode = \"wild\"");
+  EXPECT_EQ(faults_of("name = \"x\"\nratio = 1"), "f:2:1: 'ratio' is given but applies only with mode = \"wild\"");
   EXPECT_EQ(faults_of("name = \"x\"\nratio = 1\nmode = \"wild\""), "");
 }
 

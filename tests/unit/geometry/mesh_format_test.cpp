@@ -68,7 +68,7 @@ TEST(MeshFormat, ObjSaysWhatIsWrongAndWhere) {
   EXPECT_EQ(fault_of("v 0 0 0\nf 1 2 1\n", obj), "has a face with vertex 1, but only 1 vertices (the first is 0)");
   EXPECT_EQ(fault_of("v 0 0 0\nf -1 -2 -1\n", obj), "has a face with vertex -1, but only 1 vertices (the first is 0)");
   EXPECT_EQ(fault_of("v 0 0 0\nf -9223372036854775808 1 1\n", obj).substr(0, 22), "has a face with vertex");
-  EXPECT_EQ(fault_of("v 0 0 0\nf\n", obj), "has faces without vertices: the file is cut off or spoilt");
+  EXPECT_EQ(fault_of("v 0 0 0\nf\n", obj), "has faces without vertices: the file is truncated or corrupted");
   EXPECT_EQ(fault_of("hello\n", obj), "cannot be read as a mesh: it has neither vertices ('v') nor faces ('f')");
 }
 
@@ -77,9 +77,9 @@ TEST(MeshFormat, StlBinaryIsKnownByItsSize) {
   EXPECT_EQ(parse_mesh(stl_of(1, 1), stl).vertices.at(0), Vec3(1.5, 2.0, 2.5));
   EXPECT_EQ(parse_mesh(stl_of(1, 1) + "more", stl).triangles.size(), 1u);
   EXPECT_EQ(fault_of(stl_of(3, 2), stl),
-            "cannot be read as a mesh: it is cut off: 3 triangles take 234 bytes, and it has 184");
+            "cannot be read as a mesh: it is truncated: 3 triangles take 234 bytes, and it has 184");
   EXPECT_EQ(fault_of(stl_of(4294967295u, 0), stl),
-            "cannot be read as a mesh: it is cut off: 4294967295 triangles take 214748364834 bytes, and it has 84");
+            "cannot be read as a mesh: it is truncated: 4294967295 triangles take 214748364834 bytes, and it has 84");
   EXPECT_NE(fault_of("short", stl).find("neither begins with 'solid'"), std::string::npos);
 }
 
@@ -88,7 +88,7 @@ TEST(MeshFormat, StlTextMustBeWhole) {
       "solid a b facet\nfacet normal 0 0 1\n outer loop\n  vertex 0 0 0\n  vertex 1 0 0\n  vertex 0 1 0\n "
       "endloop\nendfacet\n";
   EXPECT_EQ(parse_mesh(facet + "endsolid a\n", stl).triangles.size(), 1u);
-  EXPECT_EQ(fault_of(facet, stl), "cannot be read as a mesh: it is cut off: its last line is not 'endsolid'");
+  EXPECT_EQ(fault_of(facet, stl), "cannot be read as a mesh: it is truncated: its last line is not 'endsolid'");
   EXPECT_EQ(fault_of(facet + "vertx\n", stl), "cannot be read as a mesh: line 9: 'vertx' does not belong into an STL file");
   EXPECT_EQ(fault_of("solid\nendloop\n", stl), "cannot be read as a mesh: line 2: a facet has fewer than three vertices");
 }
@@ -102,7 +102,7 @@ TEST(MeshFormat, PlyOfEitherEndianness) {
     EXPECT_EQ(mesh.vertices.at(2), Vec3(1.5, 1.75, 2.0));
     EXPECT_EQ(mesh.triangles.at(0), (Int3{2, 0, 1}));
     EXPECT_EQ(fault_of(bytes.substr(0, bytes.size() - 1), ply),
-              "cannot be read as a mesh: it is cut off: its header promises more vertices or faces than follow");
+              "cannot be read as a mesh: it is truncated: its header declares more vertices or faces than follow");
   }
 }
 
@@ -121,19 +121,19 @@ TEST(MeshFormat, PlyPassesOverWhatItDoesNotNeed) {
 TEST(MeshFormat, PlySaysWhatIsWrong) {
   const std::string corners = "0 0 0\n1 0 0\n0 1 0\n";
   EXPECT_EQ(fault_of(ply_header("ascii", 3, 2) + corners + "3 0 1 2\n", ply),
-            "cannot be read as a mesh: it is cut off: its header promises more vertices or faces than follow");
+            "cannot be read as a mesh: it is truncated: its header declares more vertices or faces than follow");
   EXPECT_EQ(fault_of(ply_header("ascii", 3, 1) + corners + "3 0 1 3\n", ply),
             "has a face with vertex 3, but only 3 vertices (the first is 0)");
   EXPECT_EQ(fault_of(ply_header("ascii", 3, 1) + corners + "3 0 1 1.5\n", ply),
-            "cannot be read as a mesh: 1.5 stands where a number of vertices or a vertex should");
+            "cannot be read as a mesh: 1.5 is no valid number of vertices or vertex index");
   EXPECT_EQ(fault_of(ply_header("ascii", 2000000000, 1) + corners, ply).substr(0, 41),
-            "cannot be read as a mesh: it is cut off: ");
+            "cannot be read as a mesh: it is truncated: ");
   EXPECT_EQ(fault_of(ply_header("ascii", 3, 1) + corners + "9000000000000000 0 1 2\n", ply).substr(0, 41),
-            "cannot be read as a mesh: it is cut off: ");
+            "cannot be read as a mesh: it is truncated: ");
   EXPECT_EQ(fault_of(ply_header("ebcdic", 3, 1), ply),
             "cannot be read as a mesh: line 2: 'ebcdic' is no format of PLY files");
   EXPECT_EQ(fault_of("ply\nformat ascii 1.0\nelement vertex 9999999999\nend_header\n", ply),
-            "cannot be read as a mesh: it is cut off: its header promises 9999999999 of 'vertex'");
+            "cannot be read as a mesh: it is truncated: its header declares 9999999999 of 'vertex'");
   EXPECT_EQ(fault_of("ply\nformat ascii 1.0\n", ply), "cannot be read as a mesh: its header has no end");
   EXPECT_EQ(fault_of("plymouth\n", ply), "cannot be read as a mesh: its first line is not 'ply'");
 }

@@ -50,21 +50,21 @@ TEST(SceneColliders, FollowKeyFrames) {
 TEST(SceneFaults, KeyFramesStandAloneAndInOrder) {
   EXPECT_EQ(faults_of(with_rod("key_frames = [{ time = 0.1 }]\n")),
             "s.toml:16:14: 'colliders.0.key_frames' must hold at least two key frames");
-  EXPECT_EQ(faults_of(with_rod("key_frames = [{ time = 0.1 }, { time = 0.1 }]\n")),
-            "s.toml:16:31: 'colliders.0.key_frames.1.time' is 0.1 and must be later than that of the key frame before, 0.1");
+  EXPECT_EQ(
+      faults_of(with_rod("key_frames = [{ time = 0.1 }, { time = 0.1 }]\n")),
+      "s.toml:16:31: 'colliders.0.key_frames.1.time' is 0.1 and must be later than that of the previous key frame, 0.1");
   EXPECT_EQ(faults_of(with_rod("velocity = [1, 0, 0]\nkey_frames = [{ time = 0.1 }, { time = 0.2 }]\n")),
-            "s.toml:16:1: 'colliders.0.velocity' is given but counts only with no key_frames");
+            "s.toml:16:1: 'colliders.0.velocity' is given but applies only with no key_frames");
   EXPECT_EQ(faults_of(small_scene + "[[colliders]]\nname = \"drum\"\nangular_velocity = [0, 0, 1]\nshape = { type = "
                                     "\"complement\", parts = [{ type = \"sphere\", center = [0, 0, 0], radius = 1 }] }\n"),
-            "s.toml:13:1: collider 'drum' turns and has no centre of its own; give it a 'center'");
+            "s.toml:13:1: collider 'drum' rotates and its shape has no centre; give it a 'center'");
 }
 
 TEST(CheckColliders, RefusesWhatIsThinnerThanTwoCells) {
   EXPECT_EQ(thickness_faults(parsed(with_rod("", 0.05))), "") << "just two cells of 0.05 m";
-  EXPECT_EQ(
-      thickness_faults(parsed(with_rod("", 0.02))),
-      "s.toml:13:1: collider 'rod' is 0.04 m thick, 0.8 cells: it must be at least 2 cells thick, or material on its one "
-      "side feels that on the other; make it 0.1 m thick or the cells at most 0.02 m");
+  EXPECT_EQ(thickness_faults(parsed(with_rod("", 0.02))),
+            "s.toml:13:1: collider 'rod' is 0.04 m thick, 0.8 cells: it must be at least 2 cells thick, or material on one "
+            "side interacts with material on the other; make it 0.1 m thick or the cells at most 0.02 m");
   EXPECT_EQ(thickness_faults(parsed(with_rod("", 0.02), {"domain.cell_size=0.02"})), "");
   EXPECT_EQ(
       thickness_faults(parsed(small_scene + "[[colliders]]\nname = \"floor\"\nshape = { type = \"plane\", point = [0, 0, "

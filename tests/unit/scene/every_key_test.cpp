@@ -1,7 +1,7 @@
 // Every documented key with every kind of wrong value: a sentence with place and key, or a scene that is sound.
 //
 // The keys, types and ranges are those of the reference page, hence of the declarations: a new key is tested without a line here,
-// a new table needs an entry in `contexts`.
+// a new table needs an entry in `contexts`. Old names of keys are tested like their present ones.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ using config::Value;
 struct Key {
   std::string section, name, type, allowed;
   bool required = false;
-  std::string condition;  ///< `scheme = "blend"`: the key counts only with this
+  std::string condition;  ///< `scheme = "blend"`: the key applies only with this
 };
 
 std::vector<Key> documented_keys() {
@@ -50,6 +50,21 @@ std::vector<Key> documented_keys() {
     if (std::regex_search(cells.at(5), only, std::regex("Only with `(\\w+ = [^`]+)`"))) key.condition = only[1];
     keys.push_back(key);
   }
+  return keys;
+}
+
+/// The keys of the page and, as keys of their own, the old names that are still accepted.
+std::vector<Key> accepted_keys() {
+  std::vector<Key> keys = documented_keys();
+  const std::vector<Key> documented = keys;
+  for (const config::TableText& table : input_tables())
+    for (const config::KeyText& text : table.keys)
+      for (const Key& key : documented) {
+        if (text.old_name.empty() || key.section != table.title || key.name != text.name) continue;
+        keys.push_back(key);
+        keys.back().name = text.old_name;
+        keys.back().required = false;  // its absence is reported by the present name
+      }
   return keys;
 }
 
@@ -167,7 +182,8 @@ Value marked_scene(const Key& key) {
   if (!key.condition.empty() && !key.condition.starts_with("no ")) {
     const std::size_t equals = key.condition.find(" = ");
     config::apply_override(root, prefix + key.condition.substr(0, equals) + "=" + key.condition.substr(equals + 3), faults);
-    if (key.condition == "mode = \"fixed\"" && key.name != "step") config::apply_override(root, prefix + "step=0.1", faults);
+    if (key.condition == "mode = \"fixed\"" && key.name != "dt" && key.name != "step")
+      config::apply_override(root, prefix + "dt=0.1", faults);
   }
   Value* holder = at_path(root, table);
   const auto drop = [&](const std::set<std::string>& names) {
@@ -378,6 +394,7 @@ void expect_sentence(const Key& key, const std::string& text, const std::string&
 // --- the tests -----------------------------------------------------------------------------------------------------------
 
 TEST(EveryKey, HasAContext) {
+  EXPECT_EQ(accepted_keys().size(), documented_keys().size() + 4u) << "old names of [time]";
   std::set<std::string> sections;
   for (const Key& key : documented_keys()) sections.insert(key.section);
   EXPECT_GT(sections.size(), 30u);
@@ -390,7 +407,7 @@ TEST(EveryKey, RefusesWrongValuesWithPlaceAndKey) {
   values.insert(values.end(), texts.begin(), texts.end());
   values.insert(values.end(), others.begin(), others.end());
   values.push_back('"' + std::string(100'000, 'x') + '"');
-  for (const Key& key : documented_keys()) {
+  for (const Key& key : accepted_keys()) {
     const std::string marked = config::print_toml(marked_scene(key));
     for (const std::string& raw : values) {
       const std::string text = replaced(marked, "\"" + mark + "\"", raw);
@@ -412,14 +429,14 @@ TEST(EveryKey, RefusesWrongValuesWithPlaceAndKey) {
       }
     }
   }
-  fmt::print("{} values of {} keys, {} refused\n", n, documented_keys().size(), n_refused);
+  fmt::print("{} values of {} keys, {} refused\n", n, accepted_keys().size(), n_refused);
   EXPECT_GT(n_refused, n / 2);
   EXPECT_LT(n_refused, n);
 }
 
 TEST(EveryKey, RefusesWhatIsNoToml) {
   std::size_t n = 0;
-  for (const Key& key : documented_keys()) {
+  for (const Key& key : accepted_keys()) {
     const std::string marked = config::print_toml(marked_scene(key));
     for (const std::string& raw : no_toml) {
       const Outcome outcome = outcome_of(replaced(marked, "\"" + mark + "\"", raw));
@@ -433,7 +450,7 @@ TEST(EveryKey, RefusesWhatIsNoToml) {
 
 TEST(EveryKey, IsMissedMisspeltAndRefusedTwice) {
   std::size_t n = 0;
-  for (const Key& key : documented_keys()) {
+  for (const Key& key : accepted_keys()) {
     const Value scene = marked_scene(key);
     const std::string marked = config::print_toml(scene);
     const std::string entry = key.name + " = \"" + mark + "\"";

@@ -113,7 +113,7 @@ TEST(SceneRoundTrip, OfASceneThatUsesEverything) {
       "\"1m\"\n"
       "[checkpoint]\nsteps = 100\nwall_time = \"1h30m\"\nkeep = 3\nat_end = false\n[partition]\nmethod = \"uniform\"\n";
   const Scene scene =
-      parsed(small_scene + rest, {"title=two words", "time.mode=fixed", "time.step=0.0001", "allow_overlap=true"});
+      parsed(small_scene + rest, {"title=two words", "time.mode=fixed", "time.dt=0.0001", "allow_overlap=true"});
   expect_round_trip(scene);
   const Scene again = parse_scene(scene.effective_text, "effective.toml", {});
   EXPECT_EQ(again.bodies[1].name, "a \"b\" \\ c");

@@ -127,7 +127,7 @@ TEST(SceneFaults, MissingKeys) {
   EXPECT_EQ(faults_of(with(small_scene, "cell_size = 0.05\n", "")),
             "s.toml:1:1: required key 'cell_size' is missing in [domain]");
   EXPECT_EQ(faults_of(with(small_scene, "end = 1", "end = 1\nmode = \"fixed\"")),
-            "s.toml:5:1: required key 'step' is missing in [time]");
+            "s.toml:5:1: required key 'dt' is missing in [time]");
 }
 
 TEST(SceneFaults, OverridesNameThemselves) {
@@ -144,14 +144,14 @@ TEST(SceneFaults, GridsThatDoNotFit) {
   EXPECT_EQ(faults_of(small_scene, {"domain.upper=[1.03,1,0.5]"}),
             "--set domain.upper=[1.03,1,0.5]: the domain is 20.6 cells of 0.05 m long along x; it must be a whole number of "
             "cells: "
-            "'domain.upper' = 1.05 (21 cells) along x would do");
+            "'domain.upper' = 1.05 (21 cells) along x would fit");
   EXPECT_EQ(faults_of(small_scene, {"domain.upper=[1,1,0.1]"}),
             "--set domain.upper=[1,1,0.1]: the domain is 2 cells of 0.05 m long along z; it must be at least 4 cells: "
-            "'domain.upper' = 0.2 (4 cells) along z would do");
+            "'domain.upper' = 0.2 (4 cells) along z would fit");
   EXPECT_EQ(
       faults_of(small_scene, {"boundaries.z_lower=periodic", "boundaries.z_upper=periodic"}),
       "s.toml:3:9: the domain is 10 cells of 0.05 m long along z; it must be a multiple of 4 cells because the axis is "
-      "periodic: 'domain.upper' = 0.6 (12 cells) along z would do");
+      "periodic: 'domain.upper' = 0.6 (12 cells) along z would fit");
   EXPECT_EQ(faults_of(small_scene, {"domain.upper=[1,0,1]"}),
             "--set domain.upper=[1,0,1]: 'domain.upper' = 0 along y; it must be greater than 'lower' = 0");
   EXPECT_EQ(
@@ -179,15 +179,15 @@ TEST(SceneFaults, PeriodicAtOneEnd) {
 
 TEST(SceneFaults, FrictionBelongsToSeparatingContact) {
   EXPECT_EQ(faults_of(small_scene + "[boundaries]\nz_lower = { type = \"slip\", friction = 0.3 }"),
-            "s.toml:14:28: 'boundaries.z_lower.friction' is given but counts only with type = \"separating\"");
+            "s.toml:14:28: 'boundaries.z_lower.friction' is given but applies only with type = \"separating\"");
   EXPECT_EQ(faults_of(small_scene + "[boundaries]\nz_lower = { type = \"slip\", velocity = [1, 0, 0] }"),
-            "s.toml:14:28: 'boundaries.z_lower.velocity' is given but counts only with type = \"sticky\"");
+            "s.toml:14:28: 'boundaries.z_lower.velocity' is given but applies only with type = \"sticky\"");
   EXPECT_EQ(faults_of(small_scene + "[boundaries]\nz_lower = { type = \"sticky\", velocity = [1, 0, 2] }"),
-            "s.toml:14:11: 'boundaries.z_lower.velocity' has a part along z; a face moves along itself only");
+            "s.toml:14:11: 'boundaries.z_lower.velocity' has a component along z; a face moves only in its own plane");
   EXPECT_EQ(
       faults_of(small_scene + "[[colliders]]\nname = \"c\"\nfriction = 1\nshape = { type = \"plane\", point = [0, 0, 0], "
                               "normal = [0, 0, 1] }"),
-      "s.toml:15:1: 'colliders.0.friction' is given but counts only with contact = \"separating\"");
+      "s.toml:15:1: 'colliders.0.friction' is given but applies only with contact = \"separating\"");
 }
 
 TEST(SceneFaults, Bodies) {
@@ -197,7 +197,7 @@ TEST(SceneFaults, Bodies) {
             "s.toml:13:22: 'bodies.0.particles_per_cell' is 9; it must be one of "
             "1, 8, 27, 64");
   EXPECT_EQ(faults_of(small_scene + "seed = 3"),
-            "s.toml:13:1: 'bodies.0.seed' is given but counts only with lattice = \"jittered\"");
+            "s.toml:13:1: 'bodies.0.seed' is given but applies only with lattice = \"jittered\"");
   EXPECT_EQ(faults_of(small_scene + "lattice = \"jittered\"\nseed = -1"),
             "s.toml:14:8: 'bodies.0.seed' is -1; it must be at least 0");
   EXPECT_EQ(faults_of(small_scene + small_scene.substr(small_scene.find("[[bodies]]"))),
@@ -236,12 +236,12 @@ TEST(SceneFaults, OutputFields) {
 }
 
 TEST(SceneFaults, TimeStepsThatContradict) {
-  EXPECT_EQ(faults_of(small_scene, {"time.step=1e-4"}),
-            "--set time.step=1e-4: 'time.step' is given but counts only with mode = \"fixed\"");
-  EXPECT_EQ(faults_of(small_scene, {"time.largest_step=1e-4", "time.initial_step=1e-3"}),
-            "--set time.initial_step=1e-3: 'time.initial_step' is 0.001; it must be at most 'largest_step' = 0.0001");
-  EXPECT_EQ(faults_of(small_scene, {"time.largest_step=1e-4", "time.smallest_step=1e-3"}),
-            "--set time.smallest_step=1e-3: 'time.smallest_step' is 0.001; it must be at most 'largest_step' = 0.0001");
+  EXPECT_EQ(faults_of(small_scene, {"time.dt=1e-4"}),
+            "--set time.dt=1e-4: 'time.dt' is given but applies only with mode = \"fixed\"");
+  EXPECT_EQ(faults_of(small_scene, {"time.dt_max=1e-4", "time.dt_initial=1e-3"}),
+            "--set time.dt_initial=1e-3: 'time.dt_initial' is 0.001; it must be at most 'time.dt_max' = 0.0001");
+  EXPECT_EQ(faults_of(small_scene, {"time.dt_max=1e-4", "time.dt_min=1e-3"}),
+            "--set time.dt_min=1e-3: 'time.dt_min' is 0.001; it must be at most 'time.dt_max' = 0.0001");
 }
 
 }  // namespace

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double dx = 0.1;       // m
 constexpr double is_full = 1e9;  // s to the next output
-const std::string advice = "; see what drives it there, or set a smaller time.smallest_step";
+const std::string advice = "; see what drives it there, or set a smaller time.dt_min";
 
 // Bounds of particles with this largest speed, wave speed and velocity gradient, each of another particle.
 StepBounds moving(double speed, double wave_speed, double gradient) {
@@ -89,7 +89,7 @@ TEST(TimeStep, WithoutAnyLimitTheUserIsAsked) {
   TimeStepSettings settings;
   TimeStepState state;
   EXPECT_EQ(message_of([&] { plan_step(settings, dx, moving(0, 0, 0), 0.0, is_full, state); }),
-            "nothing limits the time step (no particle moves or has stiffness); set time.largest_step");
+            "nothing limits the time step (no particle moves or has stiffness); set time.dt_max");
   settings.dt_max = 1e-3;
   TimeStepState fresh;
   EXPECT_DOUBLE_EQ(plan_step(settings, dx, moving(0, 0, 0), 0.0, is_full, fresh).dt, 1e-4);
@@ -133,7 +133,7 @@ TEST(TimeStep, ShearBoundsTheAcceptedStep) {
   settings.trial_interval = 2;
   TimeStepState state;
   const StepBounds still = moving(1.0, 0.0, 0.0), sheared = moving(1.0, 0.0, 100.0);
-  TimeStepPlan plan = take_step(settings, still, sheared, is_full, state);  // unforeseen: the particles were at rest
+  TimeStepPlan plan = take_step(settings, still, sheared, is_full, state);  // unexpected: the particles were at rest
   EXPECT_LE(plan.dt, 1e-3);
   EXPECT_GT(plan.dt, 0.5e-3);
   EXPECT_EQ(state.n_rejected, 6);  // halved from 0.04
@@ -331,7 +331,7 @@ TEST(TimeStep, AFixedStepAboveTheLimitsIsRefused) {
   settings.dt_fixed = 1e-3;
   TimeStepState state;
   const std::string refusal =
-      "the fixed time step of 0.001 s is above the elastic limit of 0.0004 s (particle 22); choose a smaller time.step, "
+      "the fixed time step of 0.001 s is above the elastic limit of 0.0004 s (particle 22); choose a smaller time.dt, "
       "mode = \"adaptive\", or allow_unstable = true";
   EXPECT_EQ(message_of([&] { plan_step(settings, dx, moving(1.0, 100.0, 0.0), 0.0, is_full, state); }), refusal);
   // Also when the deformation, which alone would be allowed, limits even more.
@@ -350,7 +350,7 @@ TEST(TimeStep, AFixedStepAboveTheViscousLimitIsRefused) {
   TimeStepState state;
   EXPECT_EQ(
       message_of([&] { plan_step(settings, dx, viscous(moving(1.0, 1.0, 0.0), 1.0), 0.0, is_full, state); }),
-      "the fixed time step of 0.001 s is above the viscous limit of 0.0005 s (particle 44); choose a smaller time.step, "
+      "the fixed time step of 0.001 s is above the viscous limit of 0.0005 s (particle 44); choose a smaller time.dt, "
       "mode = \"adaptive\", or allow_unstable = true");
   EXPECT_EQ(plan_step(settings, dx, viscous(moving(1.0, 1.0, 0.0), 0.4), 0.0, is_full, state).dt, 1e-3);
 }

@@ -30,7 +30,7 @@ def resolution(n, scheme):
     """`n` cells along the bar, four across it."""
     cell = LENGTH / n
     return {"domain.cell_size": cell, "domain.upper": [LENGTH + 4 * cell, 4 * cell, 4 * cell], "transfer.scheme": scheme,
-            "bodies.bar.shape.upper": [LENGTH, 4 * cell, 4 * cell], "time.step": 0.3 * cell / SPEED,
+            "bodies.bar.shape.upper": [LENGTH, 4 * cell, 4 * cell], "time.dt": 0.3 * cell / SPEED,
             "time.end": PERIODS * PERIOD}
 
 

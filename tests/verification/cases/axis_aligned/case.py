@@ -62,7 +62,7 @@ def largest_error(run, n_axes):
 def resolution(n, n_axes, scheme, per_cell=8):
     step = PERIOD / (FRAMES * math.ceil(PERIOD / (FRAMES * 0.25 / n / WAVE_SPEED)))
     upper = [1.0, 1.0, 1.0 if n_axes == 3 else 4.0 / n]
-    return {"domain.cell_size": 1.0 / n, "domain.upper": upper, "bodies.all.shape.upper": upper, "time.step": step,
+    return {"domain.cell_size": 1.0 / n, "domain.upper": upper, "bodies.all.shape.upper": upper, "time.dt": step,
             "time.end": PERIOD, "output.frame_interval": PERIOD / FRAMES, "transfer.scheme": scheme,
             "bodies.all.velocity_field": start_velocity(n_axes, step), "acceleration_field": body_force(n_axes),
             "bodies.all.particles_per_cell": per_cell}

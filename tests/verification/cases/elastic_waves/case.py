@@ -39,7 +39,7 @@ def main():
                 step = 0.3 * cell / SPEEDS["P"]
                 sets = {"domain.cell_size": cell, "domain.upper": [8.0, 4 * cell, 4 * cell], "transfer.scheme": scheme,
                         "bodies.bar.shape.upper": [8.0, 4 * cell, 4 * cell], "bodies.bar.velocity_field": field,
-                        "time.end": DISTANCE / speed, "time.step": step}
+                        "time.end": DISTANCE / speed, "time.dt": step}
                 run = study.run_on_both if n == cells[0] and scheme == "apic" else study.run
                 end = run(f"{wave}_{scheme}_{n}", sets).checkpoint()
                 measured = shift_of(end["position"][:, 0], end["velocity"][:, axis]) / end["time"]

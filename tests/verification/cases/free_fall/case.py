@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Free fall: symplectic Euler gives y_n = y_0 + n v_0 dt - g dt^2 n (n + 1) / 2 for every particle, whatever the scheme."""
+"""Free fall: symplectic Euler gives y_n = y_0 + n v_0 dt - g dt^2 n (n + 1) / 2 for every particle and scheme."""
 
 import numpy
 

@@ -7,7 +7,7 @@ import numpy
 
 from study import Study
 
-# Where the plane of a collider stands between two nodes, in cells. The error depends on it, so the largest counts.
+# Position of the plane of a collider between two nodes, in cells. The error depends on it, so the largest counts.
 OFFSETS = (0.1, 0.3, 0.6, 0.9)
 GAP = 0.01  # half of it, m
 HEIGHT, G, DENSITY, BULK, SHEAR = 0.5, 0.5, 1000.0, 1e5, 1e4
