@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Installs what is missing, builds everything, and runs tests through ctest; ends with ctest's summary and exit code.
+# Installs what is missing, builds everything, and runs tests through ctest; ends with ctest's summary and its exit code.
 #
 #   cluster/test.sh [TIER ...] [ARGUMENTS OF CTEST]
 #
