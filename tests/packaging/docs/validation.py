@@ -86,7 +86,8 @@ class Validator:
         presets = json.loads((self.root / "CMakePresets.json").read_text(encoding="utf-8"))
         named = {preset["name"] for kind in ("configurePresets", "testPresets") for preset in presets[kind]}
         lists = (self.root / "CMakeLists.txt").read_text(encoding="utf-8")
-        tests = "".join(path.read_text(encoding="utf-8") for path in (self.root / "tests").rglob("CMakeLists.txt"))
+        tests = "".join(path.read_text(encoding="utf-8") for pattern in ("CMakeLists.txt", "*_test.cpp")  # entries and suites
+                        for path in (self.root / "tests").rglob(pattern))
         for key, value in zip(arguments, [*arguments[1:], ""]):
             if key == "--preset" and value not in named:
                 return f"there is no preset '{value}'"

@@ -348,10 +348,9 @@ TEST(TimeStep, AFixedStepAboveTheViscousLimitIsRefused) {
   settings.dt_fixed = 1e-3;
   settings.viscous_cfl = 0.3;
   TimeStepState state;
-  EXPECT_EQ(
-      message_of([&] { plan_step(settings, dx, viscous(moving(1.0, 1.0, 0.0), 1.0), 0.0, is_full, state); }),
-      "the fixed time step of 0.001 s is above the viscous limit of 0.0005 s (particle 44); choose a smaller time.dt, "
-      "mode = \"adaptive\", or allow_unstable = true");
+  EXPECT_EQ(message_of([&] { plan_step(settings, dx, viscous(moving(1.0, 1.0, 0.0), 1.0), 0.0, is_full, state); }),
+            "the fixed time step of 0.001 s is above the viscous limit of 0.0005 s (particle 44); choose a smaller time.dt, "
+            "mode = \"adaptive\", or allow_unstable = true");
   EXPECT_EQ(plan_step(settings, dx, viscous(moving(1.0, 1.0, 0.0), 0.4), 0.0, is_full, state).dt, 1e-3);
 }
 
