@@ -73,7 +73,7 @@ void throw_failure(const Comm& comm, const GridGeometry& grid, const ParticleSet
     if (n > 0) what += fmt::format("{}{} {} {}", what.empty() ? "" : "; ", n, n == 1 ? "particle" : "particles", fault);
   };
   count(bounds.failures.n_escaped, "left the domain through a face that is no outflow");
-  count(bounds.failures.n_inverted, "turned inside out (det(1 + dt L) <= 0)");
+  count(bounds.failures.n_inverted, "inverted (det(1 + dt L) <= 0)");
   count(bounds.failures.n_not_finite, "became NaN or infinite");
   const ParticleReport first = report_on(comm, bounds.failures.failed_id, particles, materials);
   throw StepFailure(fmt::format("{}; the first is {}; {}", what, first.text, advice_for(bounds)), first.place);

@@ -228,7 +228,7 @@ particles_per_cell = 8
          r"at \(.*\) m with speed 25\.0\d+ m/s .*saved in out/failure_000000001\.h5",
          replace={"end = 0.01": 'end = 0.01\nmode = "fixed"\ndt = 0.0005\nallow_unstable = true',
                   "[0.0, 0.0, -1.0]": "[0.0, 0.0, -25.0]"}),
-    Case("turned_inside_out", FAILED, r"\d+ particles turned inside out .* the first is particle \d+ of material 'fluid' at \(.*\) m "
+    Case("inverted", FAILED, r"\d+ particles inverted .* the first is particle \d+ of material 'fluid' at \(.*\) m "
          r".*; try smaller factors of the time step .*saved in out/failure_000000001\.h5",
          replace={"end = 0.01": 'end = 0.01\nmode = "fixed"\ndt = 0.002\nallow_unstable = true',
                   "velocity = [0.0, 0.0, -1.0]": 'velocity_field = ["-700 * (x - 0.08)", "0", "0"]'}),

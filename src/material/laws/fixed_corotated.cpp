@@ -8,7 +8,7 @@ template <>
 struct LawKeys<FixedCorotated> : SolidKeys<FixedCorotated> {
   static const config::Keys<Input>& table() {
     static const auto keys =
-        solid_keys("An elastic solid that is linear in the stretch: withstands being turned inside out.");
+        solid_keys("An elastic solid that is linear in the stretch: withstands inversion (det F <= 0).");
     return keys;
   }
 };

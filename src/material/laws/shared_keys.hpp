@@ -132,7 +132,7 @@ void add_flow_keys(config::Keys<Input>& keys) {
       .key("h", &HerschelBulkleyInput::h,
            {.about = "Power of Yue's flow rule, the same as flow_index.", .range = flow_range, .default_text = either})
       .key("background_viscosity", &HerschelBulkleyInput::background_viscosity,
-           {.about = "Dynamic viscosity of a Newtonian stress beside the flow's; of no matter where 0.",
+           {.about = "Dynamic viscosity of a Newtonian stress in addition to the flow's; no effect if 0.",
             .unit = "Pa s",
             .range = config::at_least(0.0),
             .default_text = "from `preset`, else 0"});

@@ -324,7 +324,7 @@ TEST_P(RateIndependent, TheReturnIsIdempotent) {
   });
 }
 
-// And the length of the step is of no matter.
+// And dt does not matter.
 TEST_P(RateIndependent, OnlyTheIncrementCounts) {
   with_law([&](const auto& law) {
     std::mt19937_64 random(58);
