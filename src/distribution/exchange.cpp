@@ -102,7 +102,7 @@ Exchange::Reach Exchange::divide(const GridGeometry& grid, const TileMap& map, c
   return reach;
 }
 
-// Owners learn which of their tiles others reach, and tell them where the nodes of those stand; from that comes the SF.
+// Owners learn which of their tiles others reach, and tell them where those nodes are; from that comes the SF.
 void Exchange::connect(const Comm& comm, const GridGeometry& grid, Reach& reach) {
   std::vector<MessageSize> requests_out;  // tiles of other ranks
   std::vector<TileIndex> asked_tiles;

@@ -14,11 +14,11 @@ namespace bulkley {
 
 using SfHandle = PetscHandle<PetscSF, PetscSFDestroy>;
 
-/// Adds pools into owners and brings owners' values back to the pools, for one PoolLayout per rank. The owner of
-/// a tile owns its nodes too (NodeOwner), so that only the rims of pools travel; a rank keeps the nodes of those of its tiles
-/// that some pool reaches, and empty space costs nothing. Pool nodes beyond the grid's last node take no part; along periodic
-/// axes there are none, footprints wrap to the first nodes. The order of the additions is not defined: kernels round their
-/// contributions so that it does not matter (docs/theory.md, "Order-free sums").
+/// Adds pools into owners and brings owners' values back to the pools, for one PoolLayout per rank. The owner of a tile owns
+/// its nodes too (NodeOwner), so that only the halos of pools are exchanged; a rank keeps the nodes of those of its tiles
+/// that some pool reaches, and empty space costs nothing. Pool nodes beyond the grid's last node take no part; along
+/// periodic axes there are none, footprints wrap to the first nodes. The order of the additions is not defined: kernels
+/// round their contributions so that it does not matter (docs/theory.md, "Order-free sums").
 class Exchange {
  public:
   /// `map`: the same on every rank. Collective.

@@ -1,9 +1,10 @@
 #pragma once
-// The particles of one run, distributed over the ranks, and the pools of nodes that they reach: transport without any scheme.
+// The particles of one run, distributed over the ranks, and the pools of nodes that they reach: transport without any
+// scheme.
 //
 // An integrator changes particles in place and hands them back block by block; what it stores on nodes is its own affair
-// (integrator/). Here particles are confined to the domain, found in their cells, sent to the owners of their tiles and sorted, and
-// the pools follow them.
+// (integrator/). Here particles are confined to the domain, found in their cells, sent to the owners of their tiles and
+// sorted, and the pools follow them.
 
 #include <memory>
 #include <vector>
@@ -19,9 +20,9 @@ namespace bulkley {
 
 class ParticleGrid {
  public:
-  /// `particles`: any distribution over ranks; they are sent to the owners of their tiles. After it bounds() may have failed: a
-  /// particle is outside the domain; nothing else may be called then but particles() and bounds(). `comm` and `times` must outlive
-  /// this. Collective.
+  /// `particles`: any distribution over ranks; they are sent to the owners of their tiles. After it bounds() may have
+  /// failed: a particle is outside the domain; nothing else may be called then but particles() and bounds(). `comm` and
+  /// `times` must outlive this. Collective.
   ParticleGrid(const Comm& comm, const GridGeometry& grid, const Faces& faces, int n_materials, Partition partition,
                ParticleSet particles, PhaseTimes& times);
 
@@ -32,8 +33,8 @@ class ParticleGrid {
   /// The particles of this rank. Whoever changes positions hands every block to `place` and ends with `finish_move`.
   ParticleSet& particles() { return particles_; }
   const ParticleSet& particles() const { return particles_; }
-  /// Tiles and rows of this rank's pool, where its particles are in it, and the way to the owners of its nodes. All change when
-  /// version() does.
+  /// Tiles and rows of this rank's pool, where its particles are in it, and the way to the owners of its nodes. All change
+  /// when version() does.
   const PoolLayout& layout() const { return layout_; }
   const CellMap& map() const { return map_; }
   Exchange& exchange() { return *exchange_; }
@@ -43,17 +44,19 @@ class ParticleGrid {
 
   /// What is known of the particles as they are, merged over ranks.
   const StepBounds& bounds() const { return bounds_; }
-  /// Replaces it: by measured bounds at the start of a run, or those of a checkpoint. Not collective (alike on every rank).
+  /// Replaces it: by measured bounds at the start of a run, or those of a checkpoint. Not collective (the same on every
+  /// rank).
   void set_bounds(const StepBounds& bounds) { bounds_ = bounds; }
   /// Merges over ranks what each has learned. Collective.
   StepBounds reduce(const StepBounds& local) const { return reduce_(local); }
 
   /// Begins to move all particles; then each block once to `place`; then finish_move. Not collective.
   void begin_move();
-  /// Positions of `block` -> domain and cells. After a failure cells are undefined; finish_move stops every rank. Not collective.
+  /// Positions of `block` -> domain and cells. After a failure cells are undefined; finish_move stops every rank. Not
+  /// collective.
   void place(ParticleBlock block);
-  /// Brings every particle to the owner of its tile. `local`: what this rank has learned in the step. The merged bounds, which
-  /// bounds() gives from now on; where they have failed, particles stay as they are. One all-reduce. Collective.
+  /// Brings every particle to the owner of its tile. `local`: what this rank has learned in the step. The merged bounds,
+  /// which bounds() gives from now on; where they have failed, particles stay as they are. One all-reduce. Collective.
   const StepBounds& finish_move(StepBounds local);
 
   /// Continues under another partition: sends the particles to its owners. Returns the number of particles that have changed

@@ -14,7 +14,7 @@ class BoundsReduction {
   BoundsReduction(const BoundsReduction&) = delete;
   BoundsReduction& operator=(const BoundsReduction&) = delete;
 
-  /// The merged bounds, alike on every rank. Collective.
+  /// The merged bounds, the same on every rank. Collective.
   StepBounds operator()(const StepBounds& local) const;
 
  private:

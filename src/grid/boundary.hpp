@@ -39,9 +39,9 @@ struct NodeConstraint {
   Vec3 arm = Vec3::Zero();       ///< from the collider's centre to the node, m
 };
 
-/// A node one cell behind a face whose nodes behind follow their mirror images (NodesBehind), and the node one cell in front of it.
-/// In the frame of the wall the velocity behind is that in front times `sign`, component by component: -1 where the wall holds it to
-/// zero, 1 where it slips.
+/// A node one cell behind a face whose nodes behind follow their mirror images (NodesBehind), and the node one cell in front
+/// of it. In the frame of the wall the velocity behind is that in front times `sign`, component by component: -1 where the
+/// wall holds it to zero, 1 where it slips.
 struct NodeImage {
   LocalIndex behind, front;  ///< indices into the caller's node array
   Vec3 sign;
@@ -49,8 +49,8 @@ struct NodeImage {
 };
 
 /// The constraints of all nodes with signed distance <= 0 to a wall or separating collider, or <= 3/4 of a cell to a sticky
-/// or slip collider, by what does not move. `nodes[n]`: grid indices of the caller's n-th node. Faces first, then colliders, in
-/// their order; a node under several constraints gets the list twice, so that corners are consistent. Not collective.
+/// or slip collider, by what does not move. `nodes[n]`: grid indices of the caller's n-th node. Faces first, then colliders,
+/// in their order; a node under several constraints gets the list twice, so that corners are consistent. Not collective.
 std::vector<NodeConstraint> node_constraints(const GridGeometry& grid, const Faces& faces,
                                              const std::vector<Collider>& colliders, const std::vector<Int3>& nodes);
 

@@ -1,9 +1,10 @@
 #pragma once
-// What the material does to the colliders: sums of impulses whose bits depend neither on their order nor on the number of ranks.
+// What the material does to the colliders: sums of impulses whose bits depend neither on their order nor on the number of
+// ranks.
 //
-// Numbers are integers of 128 bits times a power of two, the same for a whole run. Adding such integers is exact, so sums may be
-// taken over nodes, steps and ranks in any order. With a unit of 2^-70 of the momentum of a full cell at 1 m/s there is room for
-// 2^57 such momenta.
+// Numbers are integers of 128 bits times a power of two, the same for a whole run. Adding such integers is exact, so sums
+// may be taken over nodes, steps and ranks in any order. With a unit of 2^-70 of the momentum of a full cell at 1 m/s there
+// is room for 2^57 such momenta.
 
 #include <cstdint>
 #include <span>
@@ -16,13 +17,13 @@ namespace bulkley {
 class ContactImpulses {
  public:
   ContactImpulses() = default;
-  /// `cell_mass`: about the mass of a full cell, kg; `length`: about the size of the domain, m. Both choose the units only and
-  /// must be the same on every rank and in every part of a run.
+  /// `cell_mass`: about the mass of a full cell, kg; `length`: about the size of the domain, m. Both choose the units only
+  /// and must be the same on every rank and in every part of a run.
   ContactImpulses(std::size_t n_colliders, double cell_mass, double length);
 
   std::size_t n_colliders() const { return sums_.size() / 6; }
-  /// Adds `impulse` (kg m/s) that the material gives to a collider at `arm` (m) from its centre. What is not finite is left out: the
-  /// step that it belongs to fails.
+  /// Adds `impulse` (kg m/s) that the material gives to a collider at `arm` (m) from its centre. What is not finite is left
+  /// out: the step that it belongs to fails.
   void add(std::size_t collider, const Vec3& impulse, const Vec3& arm);
   void add(const ContactImpulses& other);
   void clear();

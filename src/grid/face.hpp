@@ -120,8 +120,8 @@ struct FaceFault {
   std::string sentence;  ///< "is periodic but ...", its subject being the face or the key
 };
 
-/// The rules for faces: an axis wraps at both ends or at none; friction is finite and >= 0; a face moves along itself only, so that
-/// the domain keeps its size. Empty if all is well. Not collective.
+/// The rules for faces: an axis wraps at both ends or at none; friction is finite and >= 0; a face moves along itself only,
+/// so that the domain keeps its size. Empty if all is well. Not collective.
 std::vector<FaceFault> face_faults(const Faces& faces);
 
 }  // namespace bulkley

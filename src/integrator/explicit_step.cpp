@@ -112,7 +112,8 @@ void ExplicitStep::nodes_to_pools() {
   if (splits_) parts_.particles.exchange().get(change_.owned.data(), change_.pool.data());
 }
 
-// The motion that the nodes would give the particles, merged over ranks. One more all-reduce, on trial steps and steps at risk.
+// The motion that the nodes would give the particles, merged over ranks. One more all-reduce, on trial steps and steps at
+// risk.
 StepBounds ExplicitStep::trial_motion(const StepBounds& local) {
   const PhaseTimer timer(parts_.times, Phase::judge);
   const ParticleGrid& particles = parts_.particles;

@@ -27,16 +27,16 @@ class Integrator {
  public:
   virtual ~Integrator() = default;
 
-  /// Takes one step: dt from `state` and the limits, then particles -> nodes -> particles, ended by ParticleGrid::finish_move.
-  /// Where the report's bounds have failed(), the run cannot continue. Throws NoStep when no step can be taken, alike on every
-  /// rank. Collective.
+  /// Takes one step: dt from `state` and the limits, then particles -> nodes -> particles, ended by
+  /// ParticleGrid::finish_move. Where the report's bounds have failed(), the run cannot continue. Throws NoStep when no step
+  /// can be taken, alike on every rank. Collective.
   virtual StepReport step(const StepRequest& request, TimeStepState& state) = 0;
 
   /// Makes its arrays those of the present pools; `step` does so by itself. Not collective.
   virtual void fit() = 0;
 
-  /// What limits dt in a step from `time`, s, of at most `remaining`, s, with the particles as `bounds` has them. Not collective
-  /// (alike on every rank).
+  /// What limits dt in a step from `time`, s, of at most `remaining`, s, with the particles as `bounds` has them. Not
+  /// collective (the same on every rank).
   virtual TimeStepLimit dt_limit(const StepBounds& bounds, double time, double remaining) const = 0;
 
   /// Whether particles are the same bits on any number of ranks, or only the same to the tolerance of a solver.

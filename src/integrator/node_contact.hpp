@@ -21,10 +21,11 @@ class NodeContact {
   /// Finds the constraints of the nodes of new pools. Not collective.
   void fit(const Exchange& exchange);
 
-  /// {m v + dt f, m} of nodes behind walls -> their images in front. Before the node update. `impulse`: as fold_images. Not collective.
+  /// {m v + dt f, m} of nodes behind walls -> their images in front. Before the node update. `impulse`: as fold_images. Not
+  /// collective.
   void fold(const GridUpdate& update, Node* nodes, Node* impulse) const { fold_images(update, images_, nodes, impulse); }
-  /// Velocities -> velocities after contact in a step from `time`, and of the nodes behind walls. `change`: as apply_constraints.
-  /// Adds what the colliders receive to `received`. Not collective.
+  /// Velocities -> velocities after contact in a step from `time`, and of the nodes behind walls. `change`: as
+  /// apply_constraints. Adds what the colliders receive to `received`. Not collective.
   void apply(double time, double dt, Node* nodes, Node* change, ContactImpulses& received);
 
   /// Speed that no point of a collider exceeds between two times, m/s. Not collective.
@@ -34,10 +35,10 @@ class NodeContact {
   const ContactImpulses& no_impulses() const { return none_; }
   /// A step was taken in which the colliders of this rank's nodes received that.
   void add(const ContactImpulses& received) { impulses_.add(received); }
-  /// What the material has given to the colliders since the start or the last `set_impulses`, over all ranks; the same bits on
-  /// any number of ranks. Collective.
+  /// What the material has given to the colliders since the start or the last `set_impulses`, over all ranks; the same bits
+  /// on any number of ranks. Collective.
   ContactImpulses impulses(const Comm& comm) const;
-  /// Continues from such sums: those of a checkpoint, or none. Not collective (alike on every rank).
+  /// Continues from such sums: those of a checkpoint, or none. Not collective (the same on every rank).
   void set_impulses(const Comm& comm, const ContactImpulses& sums);
 
   std::size_t memory() const;

@@ -30,13 +30,13 @@ class NodeForce {
   /// Unique among the forces of a run, [a-z_]: names its numbers in checkpoints.
   virtual const char* name() const = 0;
   /// Adds dt f to the nodes that are not empty. A step may be tried several times before it is taken, so that nothing that a
-  /// later step depends on may change here. Values that are not finite are counted in `failures`, with the node. Must give the
-  /// same bits on any number of ranks, or the integrator says that it does not. Collective.
+  /// later step depends on may change here. Values that are not finite are counted in `failures`, with the node. Must give
+  /// the same bits on any number of ranks, or the integrator says that it does not. Collective.
   virtual void add(const ForcedNodes& nodes, FailureCounts& failures) = 0;
   /// The step to `time` was taken. Collective.
   virtual void accept(double time, double dt) { (void)time, (void)dt; }
-  /// What a restart must know, the same on every rank; `load` gets what `save` gave, without numbers that a checkpoint of before
-  /// lacks. Not collective.
+  /// What a restart must know, the same on every rank; `load` gets what `save` gave, without numbers that a checkpoint of
+  /// before lacks. Not collective.
   virtual void save(Reals& reals, Integers& integers) const { (void)reals, (void)integers; }
   virtual void load(const Reals& reals, const Integers& integers) { (void)reals, (void)integers; }
   /// Bytes on this rank. Not collective.

@@ -31,7 +31,8 @@ void measure_state(const std::vector<NamedMaterial>& materials, const ParticleSe
   }
 }
 
-// The bounds that the first step needs, from the particles as they were seeded. `present`: those after they were distributed.
+// The bounds that the first step needs, from the particles as they were seeded. `present`: those after they were
+// distributed.
 StepBounds measured_start(const Physics& physics, const ParticleSet& particles, const StepBounds& present) {
   StepBounds local;
   measure_particles(physics.grid, physics.transfer, particles, local);
@@ -66,7 +67,7 @@ StepReport Solver::step(const StepRequest& request, TimeStepState& state) {
     StepReport report = integrator_->step(request, state);
     if (report.bounds.failed()) report_failure(report.bounds);
     return report;
-  } catch (const NoStep& reason) {  // alike on every rank
+  } catch (const NoStep& reason) {  // the same on every rank
     throw_failure(grid_.comm(), particles(), physics_.materials, reason);
   }
 }

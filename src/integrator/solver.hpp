@@ -13,9 +13,10 @@ std::unique_ptr<Integrator> integrator_of(StepParts& parts);
 
 class Solver {
  public:
-  /// `particles`: any distribution over ranks; they are sent to the owners of their tiles. `bounds`: those of a checkpoint, or none
-  /// at the start of a run, when they are measured. `forces`, `make_integrator`: by default what `physics` asks for. `comm` must
-  /// outlive the solver. Throws StepFailure, alike on every rank, when a particle is outside the domain. Collective.
+  /// `particles`: any distribution over ranks; they are sent to the owners of their tiles. `bounds`: those of a checkpoint,
+  /// or none at the start of a run, when they are measured. `forces`, `make_integrator`: by default what `physics` asks for.
+  /// `comm` must outlive the solver. Throws StepFailure, the same on every rank, when a particle is outside the domain.
+  /// Collective.
   Solver(const Comm& comm, Physics physics, Partition partition, ParticleSet particles, std::optional<StepBounds> bounds);
   Solver(const Comm& comm, Physics physics, Partition partition, ParticleSet particles, std::optional<StepBounds> bounds,
          NodeForces forces, const MakeIntegrator& make_integrator);
@@ -32,10 +33,10 @@ class Solver {
   PhaseTimes& times() { return times_; }
   const PhaseTimes& times() const { return times_; }
 
-  /// Takes one step. Throws StepFailure, alike on every rank, when particles fail or no step can be taken. Collective.
+  /// Takes one step. Throws StepFailure, the same on every rank, when particles fail or no step can be taken. Collective.
   StepReport step(const StepRequest& request, TimeStepState& state);
 
-  /// What limits dt in a step from `time`, s, of at most `remaining`, s. Not collective (alike on every rank).
+  /// What limits dt in a step from `time`, s, of at most `remaining`, s. Not collective (the same on every rank).
   TimeStepLimit dt_limit(double time, double remaining) const { return integrator_->dt_limit(bounds(), time, remaining); }
 
   /// What this rank sends to others in one step to add up nodes and to bring velocities back. Not collective.
@@ -43,14 +44,14 @@ class Solver {
   /// The grid that node_values fills. Precondition: it has been called.
   const FieldGrid& grid() const { return *node_grid_; }
   /// {v, m} that the particles as they are give to this rank's nodes of grid(), boundaries applied; zero where no particle
-  /// reaches. `time`: where moving colliders stand, s. Changes no particle. Throws UsageError where PETSc cannot number the
-  /// nodes. Collective.
+  /// reaches. `time`: for the positions of moving colliders, s. Changes no particle. Throws UsageError where PETSc cannot
+  /// number the nodes. Collective.
   std::vector<Node> node_values(double time);
 
   /// What the material has given to the colliders since the start or the last set_contact_impulses, over all ranks; the same
   /// bits on any number of ranks. Collective.
   ContactImpulses contact_impulses() const { return parts_.contact.impulses(grid_.comm()); }
-  /// Continues from such sums: those of a checkpoint, or none. Not collective (alike on every rank).
+  /// Continues from such sums: those of a checkpoint, or none. Not collective (the same on every rank).
   void set_contact_impulses(const ContactImpulses& sums) { parts_.contact.set_impulses(grid_.comm(), sums); }
 
   /// What the forces must find again after a restart; see NodeForce::save. Not collective.

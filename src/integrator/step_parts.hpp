@@ -29,8 +29,8 @@ struct StepParts {
   std::vector<double> material_seconds;  ///< wall time of this rank in the stress updates of each material so far, s
   std::vector<Int3> active_positions;    ///< of Exchange's active nodes; only where there are forces
 
-  /// Makes contact and positions those of the present pools, if they are not yet; true if they were not. Then integrators fit their
-  /// arrays. Not collective.
+  /// Makes contact and positions those of the present pools, if they are not yet; true if they were not. Then integrators
+  /// fit their arrays. Not collective.
   bool fit();
   /// Adds all forces; none in a step of no duration. Collective.
   void add_forces(const GridUpdate& update, double time, const Node* momenta, Node* impulses, FailureCounts& failures);

@@ -33,7 +33,7 @@ struct NamedMaterial {
 /// What is wrong with a material's parameters, as one sentence; empty when nothing is. Not collective.
 std::optional<std::string> material_fault(const Material& material);
 
-/// The fields that hold what a material's law keeps beside b and J. Not collective.
+/// The fields that hold what a material's law keeps in addition to b and J. Not collective.
 std::span<const Field> internal_variables(const Material& material);
 
 /// The shear stress at a shear rate (1/s), if the law has one. Not collective.

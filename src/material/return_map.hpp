@@ -43,7 +43,7 @@ inline OverstressSplit<Real> split_overstress(Real k, Real log_c, double m, Mask
                                               const OverstressTable* table) {
   // A change d below this ends the search: its cube is below rounding, in e^(-d) and in e^(-m d).
   const Real tolerance = broadcast<Real>(1e-5 / std::max(1.0, m));
-  constexpr double smallest = -708.0;  // e^smallest is nothing beside 1
+  constexpr double smallest = -708.0;  // e^smallest is nothing next to 1
   const Real z = minimum(k - 1.0, broadcast<Real>(1.0));
   const Real log_A = log_c + (z - z * z * (0.5 - z * (1.0 / 3.0 - 0.25 * z)));
   Real u = table ? table->log_remaining(log_A) : minimum(broadcast<Real>(0.0), log_A * (-1.0 / m));

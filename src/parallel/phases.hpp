@@ -42,8 +42,8 @@ struct PhaseTimes {
   const Entry& operator[](Phase phase) const { return entries[static_cast<std::size_t>(phase)]; }
 };
 
-/// From construction to destruction, this rank is in a phase: adds to `times` and to PETSc's event of that name. Phases of one
-/// PhaseTimes may nest; the outer one includes the inner. Not collective.
+/// From construction to destruction, this rank is in a phase: adds to `times` and to PETSc's event of that name. Phases of
+/// one PhaseTimes may nest; the outer one includes the inner. Not collective.
 class PhaseTimer {
  public:
   PhaseTimer(PhaseTimes& times, Phase phase);
@@ -64,8 +64,8 @@ struct PhaseSummary {
   double smallest = 0.0, mean = 0.0, largest = 0.0;
 };
 
-/// Smallest, mean and largest time over the ranks of every phase that any rank ran, in the order of Phase; a rank that did not
-/// run it spent no time in it. The same on every rank. Collective.
+/// Smallest, mean and largest time over the ranks of every phase that any rank ran, in the order of Phase; a rank that did
+/// not run it spent no time in it. The same on every rank. Collective.
 std::vector<PhaseSummary> summarize(const Comm& comm, const PhaseTimes& times);
 
 }  // namespace bulkley

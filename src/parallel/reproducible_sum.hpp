@@ -34,7 +34,7 @@ double reproducible_dot(const Comm& comm, std::span<const double> a, std::span<c
 std::vector<double> sums_within(const Comm& comm, std::span<const double> rows, std::span<const double> largest,
                                 GlobalIndex n_rows);
 
-/// The sums of all ranks. Exact. Precondition: made alike on every rank. Collective.
+/// The sums of all ranks. Exact. Precondition: made the same on every rank. Collective.
 ContactImpulses sum_global(const Comm& comm, const ContactImpulses& local);
 
 }  // namespace bulkley

@@ -37,9 +37,9 @@ class Partitioner {
  public:
   virtual ~Partitioner() = default;
 
-  /// A map for as many ranks as `comm` has, over all tiles of the grid. Throws UsageError, alike on every rank, where there
-  /// is none; and RunError, alike on every rank, if the partitioner answers differently on different ranks or with a map
-  /// for another grid or number of ranks: particles would be lost. Collective.
+  /// A map for as many ranks as `comm` has, over all tiles of the grid. Throws UsageError, the same on every rank, where
+  /// there is none; and RunError, the same on every rank, if the partitioner answers differently on different ranks or with
+  /// a map for another grid or number of ranks: particles would be lost. Collective.
   PartitionProposal propose(const Comm& comm, const PartitionRequest& request);
 
  private:

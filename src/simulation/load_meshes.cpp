@@ -18,7 +18,7 @@ struct ReadMesh {
   WeldCount welded;
 };
 
-/// Runs `work`; the mesh's place and file stand before the sentence that it throws.
+/// Runs `work`; the mesh's place and file precede the sentence that it throws.
 void naming(const Mesh& mesh, const std::function<void()>& work) {
   try {
     work();

@@ -27,8 +27,8 @@ struct LastCheckpoint {
 };
 
 struct Run {
-  /// Seeds the scene or reads a checkpoint, as `options` says, up to the first step. Throws UsageError and RunError, alike on every
-  /// rank. The arguments must outlive the run. Collective.
+  /// Seeds the scene or reads a checkpoint, as `options` says, up to the first step. Throws UsageError and RunError, alike
+  /// on every rank. The arguments must outlive the run. Collective.
   Run(const Comm& comm, const Scene& scene, const RunOptions& options);
   ~Run();
   Run(const Run&) = delete;

@@ -12,8 +12,8 @@ namespace bulkley {
 
 namespace {
 
-// What this rank asks for, as a number whose maximum over ranks decides: a Request, or to stop for the reason of the criterion
-// number - Request::stop.
+// What this rank asks for, as a number whose maximum over ranks decides: a Request, or to stop for the reason of the
+// criterion number - Request::stop.
 int request_of(Run& run) {
   int wanted = static_cast<int>(Request::none);
   for (const auto& output : run.outputs) wanted = std::max(wanted, static_cast<int>(output->wants(run)));

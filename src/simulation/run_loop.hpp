@@ -5,8 +5,8 @@
 
 namespace bulkley {
 
-/// Takes steps and writes outputs until the end, or until a stop criterion asks to stop. Throws StepFailure and RunError, alike on
-/// every rank. Collective.
+/// Takes steps and writes outputs until the end, or until a stop criterion asks to stop. Throws StepFailure and RunError,
+/// alike on every rank. Collective.
 RunOutcome run_to_end(Run& run);
 
 }  // namespace bulkley

@@ -1,5 +1,5 @@
 #pragma once
-// What a run tells its user: rows of history.csv, progress lines, the summary at the end.
+// What a run reports: rows of history.csv, progress lines, the summary at the end.
 
 #include <string>
 #include <vector>

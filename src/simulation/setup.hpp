@@ -13,7 +13,7 @@ namespace bulkley {
 /// The part of a scene that the solver needs.
 Physics physics_of(const Scene& scene);
 
-/// The fields that the scene's particles have beside those that all have. Not collective.
+/// The fields that the scene's particles have in addition to those that all have. Not collective.
 OptionalFields optional_fields(const Scene& scene);
 
 /// A survey in which each rank visits a share of the tiles; its calls are collective. `comm` must outlive it.

@@ -35,7 +35,7 @@ std::string save_neighbourhood(Run& run, const StepFailure& failure) {
   try {
     write_frame_file(run.comm, file, {0, run.state.step + 1, run.state.time, 0}, particles.selected(near),
                      run.scene.materials, everything);
-  } catch (const RunError& error) {  // alike on every rank
+  } catch (const RunError& error) {  // the same on every rank
     return fmt::format("what is around could not be saved: {}", error.what());
   }
   return fmt::format("what is around is saved in {}", file);
@@ -66,7 +66,7 @@ RunOutcome run_simulation(const Comm& comm, const Scene& scene, const RunOptions
   std::unique_ptr<Run> run;
   try {
     run = std::make_unique<Run>(comm, scene, options);
-  } catch (const RunError& error) {  // alike on every rank
+  } catch (const RunError& error) {  // the same on every rank
     write_failure(comm, options.folder,
                   {RunState::failed, 0, 0.0, "", error.what(), progress_at_start(comm, scene, options)});
     throw;
@@ -74,9 +74,9 @@ RunOutcome run_simulation(const Comm& comm, const Scene& scene, const RunOptions
   const AbortHook hook([&](const std::string& message) { return on_abort(*run, message); });
   try {
     return run_to_end(*run);
-  } catch (const StepFailure& failure) {  // alike on every rank
+  } catch (const StepFailure& failure) {  // the same on every rank
     fail(*run, fmt::format("{}; {}", failure.what(), save_neighbourhood(*run, failure)));
-  } catch (const RunError& error) {  // alike on every rank
+  } catch (const RunError& error) {  // the same on every rank
     fail(*run, error.what());
   }
 }

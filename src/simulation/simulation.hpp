@@ -28,7 +28,7 @@ enum class RunOutcome {
 };
 
 /// Runs `scene`. Throws UsageError (folder in use, nothing to restart from, a checkpoint of another scene) and RunError,
-/// alike on every rank; status.json tells the outcome, except of a UsageError: that run has not begun. Collective.
+/// the same on every rank; status.json tells the outcome, except of a UsageError: that run has not begun. Collective.
 RunOutcome run_simulation(const Comm& comm, const Scene& scene, const RunOptions& options);
 
 }  // namespace bulkley

@@ -1,5 +1,5 @@
 #pragma once
-// What a run must remember beside its particles, and how it travels through a checkpoint.
+// What a run must remember in addition to its particles, and how it travels through a checkpoint.
 
 #include "simulation/setup.hpp"
 

@@ -14,8 +14,8 @@ class StopCriterion {
  public:
   virtual ~StopCriterion() = default;
 
-  /// What this rank asks of the run with the step to come: to stop, or less. Called before every step. Clocks and files differ
-  /// between ranks, so only the root should ask by them. Not collective.
+  /// What this rank asks of the run with the step to come: to stop, or less. Called before every step. Clocks and files
+  /// differ between ranks, so only the root should ask by them. Not collective.
   virtual Request wants(const Run& run) = 0;
   /// Why the run stopped, to stand behind "stopped", for example "by a signal". Not collective.
   virtual std::string reason(const Run& run) const = 0;

@@ -67,18 +67,18 @@ struct TimeStepPlan {
   bool full;       ///< not clipped
 };
 
-/// (T26): min(beta dx / v_max, the same of `collider_speed`, m/s, alpha dx / c_max, viscous_cfl dx^2 / (6 nu_max), 0.8 theta / ||L||_max of the last step,
-/// dt_max). Not collective.
+/// (T26): min(beta dx / v_max, the same of `collider_speed`, m/s, alpha dx / c_max, viscous_cfl dx^2 / (6 nu_max), 0.8 theta
+/// / ||L||_max of the last step, dt_max). Not collective.
 TimeStepLimit time_step_limit(const TimeStepSettings& settings, double cell_size, const StepBounds& bounds,
                               double collider_speed);
 
-/// What is wrong with a fixed step above the stability limits (speed, elastic, viscous, largest), as a sentence; empty when it is
-/// below them or the mode is adaptive. Not collective.
+/// What is wrong with a fixed step above the stability limits (speed, elastic, viscous, largest), as a sentence; empty when
+/// it is below them or the mode is adaptive. Not collective.
 std::string fixed_step_fault(const TimeStepSettings& settings, double cell_size, const StepBounds& bounds);
 
-/// The step to try next, with `remaining` seconds to the next output time. Starts `state` at the first call.
-/// Throws NoStep when a fixed step is above the limits and that is not allowed, when the limit is below the smallest step, and
-/// when there is none. Not collective (the same on every rank).
+/// The step to try next, with `remaining` seconds to the next output time. Starts `state` at the first call. Throws NoStep
+/// when a fixed step is above the limits and that is not allowed, when the limit is below the smallest step, and when there
+/// is none. Not collective (the same on every rank).
 TimeStepPlan plan_step(const TimeStepSettings& settings, double cell_size, const StepBounds& bounds, double collider_speed,
                        double remaining, TimeStepState& state);
 

@@ -1,6 +1,5 @@
-// ranks: 1 2 3 5
-// What a second integrator and a second node force find: transport that knows no scheme, forces with a state that a checkpoint
-// keeps.
+// ranks: 1 2 3 5 What a second integrator and a second node force find: transport that knows no scheme, forces with a state
+// that a checkpoint keeps.
 #include "integrator/integrator.hpp"
 
 #include <gtest/gtest.h>

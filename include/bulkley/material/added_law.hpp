@@ -17,7 +17,7 @@ struct Value;
 }  // namespace config
 
 /// What AddedLaw needs to know of the law behind it: the contract of law.hpp for `double` and `Pack`, and its keys. The
-/// variables that a law keeps beside b and J stand first in State::internal; what lies behind them stays 0.
+/// variables that a law keeps in addition to b and J come first in State::internal; the rest stays 0.
 class AddedLawModel {
  public:
   template <class Real>

@@ -15,7 +15,7 @@
 //                                                                                    deformation at once; 0: none
 //   static constexpr const char* law_name;                                           as written in scenes
 //   static constexpr bool flows;                                                     deforms irreversibly: reports rate, dissipation
-//   static constexpr std::array<Field, ...> internal;                                fields that hold its variables beside b and J;
+//   static constexpr std::array<Field, ...> internal;                                fields that hold its variables in addition to b and J;
 //   static constexpr int n_variables;                                                outside the library instead: how many, up to 8
 //   std::array<double, n> initial_internal() const;                                  their values at the start, if n > 0
 // and, where it has one:
@@ -30,10 +30,10 @@
 
 namespace bulkley {
 
-/// As many numbers as a law that a program adds may keep beside b and J.
+/// The most numbers that a law added by a program may keep in addition to b and J.
 inline constexpr int n_added_law_variables = info(Field::added_law_variables).n_components;
 
-/// How many numbers a law keeps beside b and J: the components of its fields, or what a law outside the library says.
+/// How many numbers a law keeps in addition to b and J: the components of its fields, or what a law outside the library says.
 template <class Law>
 inline constexpr int n_internal = [] {
   if constexpr (requires { Law::n_variables; }) {

@@ -13,9 +13,9 @@ namespace bulkley {
 
 class Stepper {
  public:
-  /// Parses the text of a scene (the same on every rank), loads its meshes, and seeds its particles. `file_name`: for messages, and
-  /// where relative paths start. `overrides`: "key.path=value". `comm` must outlive it. Throws UsageError and RunError, alike on
-  /// every rank. Collective.
+  /// Parses the text of a scene (the same on every rank), loads its meshes, and seeds its particles. `file_name`: for
+  /// messages, and where relative paths start. `overrides`: "key.path=value". `comm` must outlive it. Throws UsageError and
+  /// RunError, alike on every rank. Collective.
   Stepper(const Comm& comm, const std::string& scene_text, const std::string& file_name,
           const std::vector<std::string>& overrides = {});
   ~Stepper();
@@ -25,7 +25,8 @@ class Stepper {
   GlobalIndex n_steps() const;  ///< taken so far
   double dt() const;            ///< of the last step, s; 0 before the first
   double end_time() const;      ///< as the scene says, s
-  /// Takes steps until `duration` seconds have passed. Throws RunError, alike on every rank, when particles fail. Collective.
+  /// Takes steps until `duration` seconds have passed. Throws RunError, the same on every rank, when particles fail.
+  /// Collective.
   void advance(double duration);
 
   /// Those of this rank. Not collective.

@@ -50,7 +50,7 @@ struct ShearRheometerConstants {
 };
 
 /// Viscoplastic flow of Yue et al. 2015, section 5: with s = ||dev tau||, gamma = (max(0, s - sqrt(2/3) sigma_Y) /
-/// eta)^(1/h); beside it, if wanted, the Newtonian stress of a background fluid.
+/// eta)^(1/h); in addition to it, if wanted, the Newtonian stress of a background fluid.
 struct HerschelBulkley {
   struct Parameters {
     double density = std::numeric_limits<double>::quiet_NaN();        ///< kg/m^3, reference, > 0

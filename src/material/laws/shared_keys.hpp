@@ -74,7 +74,7 @@ struct SolidKeys {
 
 // --- Herschel-Bulkley fluids ---------------------------------------------------------------------------------------------
 
-/// The flow parameters stand in one of two conventions, never mixed (docs/theory.md, "Herschel-Bulkley").
+/// The flow parameters are in one of two conventions, never mixed (docs/theory.md, "Herschel-Bulkley").
 struct HerschelBulkleyInput {
   std::optional<double> density, bulk_modulus, shear_modulus;
   std::optional<double> yield_stress, consistency, flow_index;  ///< shear rheometer: tau = tau_y + K shear_rate^n

@@ -14,7 +14,7 @@ Outputs outputs_of(Run& run, GlobalIndex restart_step) {
   outputs.push_back(std::make_unique<HistoryOutput>(run, restart_step));
   outputs.push_back(std::make_unique<ProgressOutput>());
   outputs.push_back(std::make_unique<CheckpointOutput>());
-  outputs.push_back(std::make_unique<StatusOutput>());  // last: it tells of a checkpoint just written
+  outputs.push_back(std::make_unique<StatusOutput>());  // last: it names a checkpoint just written
   return outputs;
 }
 

@@ -26,15 +26,15 @@ class Output {
  public:
   virtual ~Output() = default;
 
-  /// What this rank asks of all for the step to come; it comes back as Occasion::asked, the strongest of all ranks'. Clocks differ,
-  /// so only the root should ask by the clock. Not collective.
+  /// What this rank asks of all for the step to come; it comes back as Occasion::asked, the strongest of all ranks'. Clocks
+  /// differ, so only the root should ask by the clock. Not collective.
   virtual Request wants(const Run& run) {
     (void)run;
     return Request::none;
   }
   /// Whether to write now. Must be the same on every rank if `write` is collective. Not collective.
   virtual bool is_due(const Run& run, const Occasion& occasion) const = 0;
-  /// Throws RunError, alike on every rank. Collective unless the class says otherwise.
+  /// Throws RunError, the same on every rank. Collective unless the class says otherwise.
   virtual void write(Run& run) = 0;
   /// What was written so far is to be as durable as the checkpoint that comes next. Collective.
   virtual void make_durable(Run& run) { (void)run; }

@@ -1,5 +1,5 @@
 #pragma once
-// status.json while the run goes on.
+// status.json during the run.
 
 #include "simulation/outputs/output.hpp"
 
