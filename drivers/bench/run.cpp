@@ -39,7 +39,7 @@ BenchRun::BenchRun(const Comm& comm, const BenchCase& what) : comm_(comm) {
   start_shear(scene, particles);
   solver_ = std::make_unique<Solver>(comm, physics_of(scene), std::move(partition), std::move(particles), std::nullopt);
   mach_number_ = solver_->bounds().motion.speed.value / wave_speed_at_rest(scene.materials.front().material);
-  state_.dt_stable = time_step_limit(scene.time_stepping, scene.grid.cell_size, solver_->bounds(), 0.0).dt;
+  state_.dt_stable = solver_->dt_limit(0.0, scene.time_stepping.end_time).dt;
   state_.wait = scene.time_stepping.trial_interval;
   state_.dt_first_limit = state_.dt_stable;
   advance(block_steps);

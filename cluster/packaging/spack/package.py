@@ -36,7 +36,7 @@ class Bulkley(CMakePackage):
     depends_on("zlib-api")
 
     with when("+python"):
-        depends_on("python@3.9:", type="run")
+        depends_on("python@3.11:", type="run")
         depends_on("py-numpy", type="run")
         depends_on("py-h5py", type="run")
         depends_on("py-matplotlib", type="run")

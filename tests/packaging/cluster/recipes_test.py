@@ -166,7 +166,7 @@ def check_module(path, interpreters, prelude):
 
 def main():
     root = pathlib.Path(sys.argv[1])
-    cluster = root / "cluster"
+    cluster = root / "cluster" / "packaging"
     text = "".join((root / name).read_text(encoding="utf-8") for name in BUILD_FILES)
     version = re.search(r"project\(bulkley VERSION ([\d.]+)", text).group(1)
     required = requirements(text)
@@ -176,7 +176,7 @@ def main():
     arguments += check_apptainer(cluster / "apptainer" / "bulkley.def", version, root)
     for option in re.findall(r"-D(BULKLEY_\w+)=", " ".join(arguments)):
         expect(f"option({option} " in text, f"CMakeLists.txt has no option {option}, which a recipe sets")
-    expect(re.search(r"install\([^)]*cluster/jobs/job_functions.sh[^)]*/bulkley/cluster\)", text),
+    expect(re.search(r"install\([^)]*cluster/jobs/job_functions.sh[^)]*/bulkley/jobs\)", text),
            "cluster/packaging/cmake/Install.cmake does not install job_functions.sh")
     check_module(cluster / "modulefiles" / "bulkley.lua", ["lua", "lua5.4", "lua5.3"], LUA)
     check_module(cluster / "modulefiles" / "bulkley.tcl", ["tclsh", "tclsh8.6"], TCL)
