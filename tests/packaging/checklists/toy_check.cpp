@@ -75,7 +75,7 @@ void check_field_and_face(const Scene& scene) {
   expect(found, "the toy field has its value");
 
   expect(
-      fault_of(with(text, "[0.5, 0, 0] }", "[0, 0, 1] }")).find("z_lower.velocity' has a part along z") != std::string::npos,
+      fault_of(with(text, "[0.5, 0, 0] }", "[0, 0, 1] }")).find("z_lower.velocity' has a component along z") != std::string::npos,
       "the rules for faces hold for the toy face");
   expect(fault_of(with(text, "\"toy_face\"", "\"slip\"")).find("toy_face") != std::string::npos,
          "a key that another kind does not take names the kinds that do");

@@ -11,7 +11,7 @@ import sys
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "support"))
 from bulkley_program import Program  # noqa: E402
 
-INSTALLED = ("bin/bulkley", "include/bulkley/simulation.hpp", "include/bulkley/version.hpp",
+INSTALLED = ("bin/bulkley", "include/bulkley/simulation/stepper.hpp", "include/bulkley/version.hpp",
              "share/bulkley/scenes/cream_splash.toml", "share/bulkley/jobs/job_functions.sh", "share/bulkley/jobs/slurm/srun.sh",
              "share/bulkley/python/pyproject.toml", "share/bulkley/paraview/render.py", "share/bulkley/python/bulkley/__main__.py", "share/bulkley/python/bulkley/report_template.html",
              "share/man/man1/bulkley.1", "share/bash-completion/completions/bulkley", "share/zsh/site-functions/_bulkley")
@@ -115,7 +115,7 @@ def check_report(prefix, mpiexec, folder):
     template.write_text(text.replace("<h2>Summary</h2>", "<h2>Installed</h2>"), encoding="utf-8")
     plain = Program(str(prefix / "bin/bulkley"), mpiexec)
     scene = str(prefix / "share/bulkley/scenes/cream_splash.toml")
-    run = plain.run(["run", scene, "--set", "domain.cell_size=0.05", "--max-steps", "5", "--out", "splash"], 1, folder, LIMIT)
+    run = plain.run(["run", scene, "--set", "domain.cell_size=0.025", "--max-steps", "5", "--out", "splash"], 1, folder, LIMIT)
     report = plain.run(["report", "splash"], 1, folder, LIMIT)
     if run.code != 0 or report.code != 0:
         fail(f"the report of the installed program: exit code {report.code}\n{run.text}{report.text}")
