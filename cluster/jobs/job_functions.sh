@@ -151,12 +151,14 @@ begin_part() {
   say "part $(n_parts) of the run in $folder, from step $start_step: ${part_options[*]}"
 }
 
-# For mpirun, which the batch system's signal cannot reach: runs a command and hands SIGUSR1 on to it. Returns its exit code.
+# For mpirun, which the batch system's signal cannot reach: runs a command and forwards SIGUSR1 to it, also one that comes while the
+# command is being started. Returns its exit code.
 forward_signal() {
+  local pid="" signalled="" code
+  trap 'signalled=yes; [[ -z "$pid" ]] || kill -USR1 "$pid" 2>/dev/null' USR1
   "$@" &
-  local pid=$! code
-  # shellcheck disable=SC2064  # the pid of now
-  trap "kill -USR1 $pid 2>/dev/null" USR1
+  pid=$!
+  [[ -z "$signalled" ]] || kill -USR1 "$pid" 2>/dev/null
   wait "$pid"
   code=$?
   while kill -0 "$pid" 2>/dev/null; do  # it was the trap that ended the wait
