@@ -93,7 +93,8 @@ TEST_F(HistoryFile, StatusIsJson) {
       "  \"particles\": 0,\n  \"first_step\": 0,\n  \"first_time\": 0.0,\n  \"wall_time\": 7.5,\n"
       "  \"wall_time_stepping\": 0.0,\n  \"wall_time_output\": 0.0,\n  \"peak_memory\": 0,\n  \"checkpoint_time\": 0.0,\n"
       "  \"continuation\": \"\",\n  \"host\": \"\",\n"
-      "  \"program\": \"\",\n  \"phases\": [\n    {\n      \"name\": \"p2g\",\n      \"mean\": 1.5,\n      \"largest\": 2.0\n    }\n  ],\n"
+      "  \"program\": \"\",\n  \"phases\": [\n    {\n      \"name\": \"p2g\",\n      \"mean\": 1.5,\n      \"largest\": "
+      "2.0\n    }\n  ],\n"
       "  \"warnings\": [\n    \"one\",\n    \"two\"\n  ]\n}\n");
   write_status(comm, folder.path(), {RunState::running, 0, std::nan(""), "", "", {}});
   EXPECT_NE(text_of("status.json").find("\"time\": null"), std::string::npos);

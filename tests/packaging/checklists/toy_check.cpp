@@ -74,9 +74,9 @@ void check_field_and_face(const Scene& scene) {
   }
   expect(found, "the toy field has its value");
 
-  expect(
-      fault_of(with(text, "[0.5, 0, 0] }", "[0, 0, 1] }")).find("z_lower.velocity' has a component along z") != std::string::npos,
-      "the rules for faces hold for the toy face");
+  expect(fault_of(with(text, "[0.5, 0, 0] }", "[0, 0, 1] }")).find("z_lower.velocity' has a component along z") !=
+             std::string::npos,
+         "the rules for faces hold for the toy face");
   expect(fault_of(with(text, "\"toy_face\"", "\"slip\"")).find("toy_face") != std::string::npos,
          "a key that another kind does not take names the kinds that do");
   const auto constraints = node_constraints(scene.grid, scene.faces, {}, {{5, 5, scene.grid.node_offset(2)}});
