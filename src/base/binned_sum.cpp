@@ -91,7 +91,7 @@ void BinnedSum::add_block(std::span<double> addends, double largest) {
     sums_[static_cast<std::size_t>(k)] += static_cast<std::int64_t>(std::ldexp(sums[k], -bin_bits * (top - k)));
 }
 
-// A block of zeros, or one with numbers that are not finite: beside these, what is finite no longer counts.
+// A block of zeros, or one with numbers that are not finite: finite numbers no longer count then.
 void BinnedSum::add_special(std::span<const double> addends) {
   for (const double x : addends) {
     nan_ = nan_ || std::isnan(x);

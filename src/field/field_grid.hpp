@@ -24,7 +24,7 @@ struct FieldLayout {
   int stencil_width = 0;  ///< layers of ghost nodes
   Stencil stencil = Stencil::star;
   bool wraps = true;  ///< ghosts wrap around the geometry's periodic axes; else those axes end like the others
-  Int3 below{0, 0, 0}, above{0, 0, 0};  ///< layers of nodes beside the geometry's, none along axes that wrap
+  Int3 below{0, 0, 0}, above{0, 0, 0};  ///< layers of nodes outside the geometry's, none along axes that wrap
 
   bool wraps_along(int axis) const { return wraps && geometry.periodic[static_cast<std::size_t>(axis)]; }
   int n_nodes(int axis) const {

@@ -126,7 +126,7 @@ Bounds extent(const Capsule& capsule) {
 /// root t of sum (r_i y_i / (t + r_i^2))^2 = 1. The sum falls and is convex: Newton's method from below never passes the root.
 Vec3 nearest_on_surface(const Ellipsoid& ellipsoid, const Vec3& x) {
   const Eigen::Array3d r = ellipsoid.radii, y = (x - ellipsoid.center).array();
-  // On a plane of symmetry two points may be nearest, where t is -r_min^2 exactly; just beside the plane there is one.
+  // On a plane of symmetry two points may be nearest, where t is -r_min^2 exactly; just off the plane there is one.
   const Eigen::Array3d product = r * y.abs().max(1e-14 * r.minCoeff());
   const Eigen::Array3d beyond = (r - r.minCoeff()) * (r + r.minCoeff());
   double s = (product - beyond).maxCoeff();  // t + r_min^2, which keeps its digits; one term is 1 here

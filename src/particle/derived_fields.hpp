@@ -1,5 +1,5 @@
 #pragma once
-// What frames can hold beside the stored fields: quantities that follow from those of one particle.
+// What frames can hold in addition to the stored fields: quantities that follow from those of one particle.
 
 #include <cstdint>
 #include <span>

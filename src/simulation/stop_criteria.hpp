@@ -17,7 +17,7 @@ class StopCriterion {
   /// What this rank asks of the run with the step to come: to stop, or less. Called before every step. Clocks and files
   /// differ between ranks, so only the root should ask by them. Not collective.
   virtual Request wants(const Run& run) = 0;
-  /// Why the run stopped, to stand behind "stopped", for example "by a signal". Not collective.
+  /// Why the run stopped, to follow "stopped", for example "by a signal". Not collective.
   virtual std::string reason(const Run& run) const = 0;
   /// The run has stopped for this reason and its checkpoint is written. Collective.
   virtual void obeyed(const Run& run) { (void)run; }

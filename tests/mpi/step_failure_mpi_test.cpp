@@ -1,5 +1,5 @@
 // ranks: 1 2 4
-// Motion that is finite and still must not go on: the step ends with the particle's name, place and what to try, alike on
+// Motion that is finite and still must not continue: the step ends with the particle's name, place and what to try, alike on
 // every rank.
 #include "stepping/failure.hpp"
 

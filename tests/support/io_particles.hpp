@@ -113,7 +113,7 @@ std::vector<Number> whole_array(const Hdf5Reader& file, const std::string& path)
   return values;
 }
 
-/// How often `part` stands in `text`.
+/// How often `part` occurs in `text`.
 inline int count(const std::string& text, const std::string& part) {
   int n = 0;
   for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++n;

@@ -173,7 +173,7 @@ inline ParticleSet share_of(const Comm& comm, const ParticleSet& all, OptionalFi
   return picked(all, mine, fields);
 }
 
-/// What particles of the scene hold beside the fields that all have. Not collective.
+/// What particles of the scene hold in addition to the fields that all have. Not collective.
 inline OptionalFields fields_of(const Physics& physics) {
   OptionalFields fields = internal_fields(physics.materials);
   if (physics.transfer.needs_velocity_gradient()) fields.insert(Field::velocity_gradient);

@@ -1,7 +1,7 @@
 #pragma once
 // How a program adds a constitutive law to those of the library.
 //
-// A law of one's own is a struct that keeps the contract of law.hpp, with the keys of its scene table beside it
+// A law of a program is a struct that keeps the contract of law.hpp, with the keys of its scene table next to it
 // (plain_keys.hpp). It takes part everywhere - runs, restarts, the rheometer - once main has called add_law<Law>().
 // docs/own-material.md is the guide, docs/examples/own_material the example.
 

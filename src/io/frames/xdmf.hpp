@@ -65,7 +65,7 @@ XdmfGrid xdmf_tiles(const Hdf5Reader& file);
 /// Describes /colliders of a frame, whose triangles lie in `mesh`. Throws RunError, also if the two do not fit together.
 XdmfSurface xdmf_colliders(const Hdf5Reader& frame, const Hdf5Reader& mesh);
 
-/// The XDMF file beside an HDF5 file: by itself it opens the particles of that file alone.
+/// The XDMF file next to an HDF5 file: by itself it opens the particles of that file alone.
 std::string sidecar_of(const std::string& file);
 /// Writes it, after `file`, so that it never names what is not there; removes it where there are no particles, because ParaView
 /// refuses an empty set and an older sidecar may name arrays that are gone. Throws RunError.

@@ -1,4 +1,4 @@
-// The traffic that maps are predicted to cause, beside counts of nodes one by one.
+// The traffic that maps are predicted to cause, compared with counts of nodes one by one.
 #include "balance/traffic.hpp"
 
 #include <gtest/gtest.h>

@@ -105,7 +105,7 @@ TEST(Spectrum, GivesTheTensorBack) {
   }
 }
 
-// A value known from the structure of the tensor must come out relative to itself where the large one stands apart.
+// A value known from the structure of the tensor must come out relative to itself where the large one is separate.
 TEST(Spectrum, DiagonalTensorsAreExact) {
   const auto s = spectrum(Symmetric{{1e-12, 1e12, 1.0, 0, 0, 0}});
   EXPECT_EQ(s.value[0], 1e-12);

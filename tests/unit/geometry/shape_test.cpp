@@ -53,8 +53,8 @@ TEST(Shape, DistancesAtKnownPlaces) {
   EXPECT_NEAR(signed_distance(sphere, {0.1, -0.2, 0.3}), -0.4, 1e-15);
   EXPECT_NEAR(signed_distance(sphere, {0.1, -0.2, 1.3}), 0.6, 1e-15);
   EXPECT_NEAR(signed_distance(box, {0.2, 0.4, 0.0}), -0.2, 1e-15);  // nearest faces are those of y
-  EXPECT_NEAR(signed_distance(box, {0.7, 0.4, 0.0}), 0.2, 1e-15);   // beside a face
-  EXPECT_NEAR(signed_distance(box, {0.8, 1.0, 0.0}), 0.5, 1e-15);   // beside an edge: 3, 4, 5
+  EXPECT_NEAR(signed_distance(box, {0.7, 0.4, 0.0}), 0.2, 1e-15);   // next to a face
+  EXPECT_NEAR(signed_distance(box, {0.8, 1.0, 0.0}), 0.5, 1e-15);   // next to an edge: 3, 4, 5
   EXPECT_NEAR(signed_distance(plane, {1.1, 0.0, 0.0}), 1.0 / 3.0, 1e-15);
   EXPECT_NEAR(signed_distance(plane, {0.1, 0.0, 3.0}), -2.0, 1e-15);
 

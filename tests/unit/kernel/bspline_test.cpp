@@ -121,7 +121,7 @@ TYPED_TEST(Bspline, SumBoundsHoldAndAreClose) {
   EXPECT_LE(weights, weight_sum_bound(TestFixture::order));
   EXPECT_GT(weights, 0.995 * weight_sum_bound(TestFixture::order));
 
-  // A node is node (i, j, k) of the stencils of width^3 base cells; in each, the particle may stand where it hurts most.
+  // A node is node (i, j, k) of the stencils of width^3 base cells; in each, the particle may be at the worst place.
   double gradients = 0.0;
   for (int i = 0; i < s; ++i)
     for (int j = 0; j < s; ++j)

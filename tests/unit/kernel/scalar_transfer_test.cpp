@@ -69,7 +69,7 @@ struct Particles {
     scene.transfer = step.scene.transfer;
     return {scene, reference_particles(step.particles)};
   }
-  // By the reference's node: the pool's. Each node of the grid stands in the pool once.
+  // By the reference's node: the pool's. Each node of the grid is in the pool once.
   std::vector<std::size_t> pool_node() const {
     std::vector<std::size_t> at(static_cast<std::size_t>(
         grid().node_number({grid().n_nodes(0) - 1, grid().n_nodes(1) - 1, grid().n_nodes(2) - 1}) + 1));

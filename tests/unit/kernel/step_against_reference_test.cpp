@@ -79,7 +79,7 @@ TEST(Step, TakesTheStepsOfTheReference) {
       EXPECT_LE(differs([](const ReferenceParticle& p) { return as_matrix(p.x); }), 1e-12);
       EXPECT_LE(differs([](const ReferenceParticle& p) { return as_matrix(p.v); }), 1e-11);
       EXPECT_LE(differs([](const ReferenceParticle& p) { return as_matrix(p.J); }), 1e-11);
-      // The slope of a weight is unbounded beside the weight itself: a light node magnifies the rounding of order-free sums.
+      // The slope of a weight is unbounded relative to the weight itself: a light node magnifies the rounding of order-free sums.
       const double tolerance = transfer.gradient == GradientForm::bspline ? 1e-8 : 1e-10;
       EXPECT_LE(differs([](const ReferenceParticle& p) { return p.b; }), tolerance);
       EXPECT_LE(differs([](const ReferenceParticle& p) { return p.L; }), tolerance);

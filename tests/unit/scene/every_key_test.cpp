@@ -68,7 +68,7 @@ std::vector<Key> accepted_keys() {
   return keys;
 }
 
-// --- where a key stands --------------------------------------------------------------------------------------------------
+// --- where a key is ------------------------------------------------------------------------------------------------------
 
 const std::string base = R"(
 title = "base"
@@ -370,7 +370,7 @@ Outcome outcome_of(const std::string& text) {
   return outcome;
 }
 
-/// "file:line", where the mark stands.
+/// "file:line", where the mark is.
 std::string place_of_mark(const std::string& text) {
   const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(text.find(mark)), '\n');
   return fmt::format("s.toml:{}:", line);

@@ -45,7 +45,7 @@ def main():
                 study.expect(f"{name}: radius of the plug", yielding_from(r, particles), flow.plug, RADIUS / cells, "m",
                              relative=False, note="the particle nearest to the axis that yields; tolerance one cell")
                 study.expect_at_most(f"{name}: change of the mean speed over the last tenth of the run", unsteadiness(result),
-                                     2e-3, note="beside a tolerance of 3 %; it is no smaller in longer runs")
+                                     2e-3, note="against a tolerance of 3 %; it is no smaller in longer runs")
         study.expect_convergence(f"{name}: profile, L2 norm", levels, errors, 0.05, 0.8, note="relative to the profile's norm")
         study.expect_convergence(f"{name}: flow rate", levels, rates, 0.04, 0.8)
     study.remark("The wall of a collider is of first order. At 16 cells per radius the speed in the middle is 3.1 % low for n = 1, "

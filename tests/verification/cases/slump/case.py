@@ -54,12 +54,12 @@ def main():
     truth, finest = slump(), 0.03 if study.long else 0.05
     study.expect_convergence(f"slump after {END:g} s over the slenderness, 4 cells over R", ratios,
                              [abs(slumps[ratio, 4] / truth - 1.0) for ratio in ratios], finest, 1.0,
-                             note="the numbers before the colons are H/R: the theory wants R small beside h_0")
+                             note="the numbers before the colons are H/R: the theory requires R small compared with h_0")
     study.expect(f"slump after {END:g} s, H/R = {ratios[-1]:g}", 1e3 * slumps[ratios[-1], 4], 1e3 * truth, finest, "mm")
     if study.long:
         study.expect_at_most("change of the slump from 4 to 8 cells over R, H/R = 8",
                              abs(slumps[8.0, 8] / slumps[8.0, 4] - 1.0), 0.04)
-    study.remark(f"At rest the theory has {1e3 * slump(0.0):.1f} mm. A real cylinder goes on beyond: its base, by then as wide as "
+    study.remark(f"At rest the theory has {1e3 * slump(0.0):.1f} mm. A real cylinder spreads further: its base, by then as wide as "
                  f"h_0, spreads like a puddle, with a speed that falls as the inverse square of the time. With H/R = 12.5 the slump "
                  f"has passed 55 mm after 5 s. The floor is without friction.")
 
