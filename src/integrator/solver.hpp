@@ -24,7 +24,6 @@ class Solver {
   Solver& operator=(const Solver&) = delete;
 
   const Physics& physics() const { return physics_; }
-  const ParticleGrid& particle_grid() const { return grid_; }
   const ParticleSet& particles() const { return grid_.particles(); }
   const StepBounds& bounds() const { return grid_.bounds(); }
   const Partition& partition() const { return grid_.partition(); }
