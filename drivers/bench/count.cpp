@@ -14,7 +14,7 @@ constexpr double lanes = 4.0;  // of a node: momentum or velocity, and mass
 
 int width(const WorkCase& w) { return stencil_width(w.transfer.order); }
 bool quadratic(const WorkCase& w) { return w.transfer.order == SplineOrder::quadratic; }
-bool split(const WorkCase& w) { return w.transfer.flip_fraction() > 0.0; }
+bool split(const WorkCase& w) { return w.transfer.keeps_residual(); }
 bool bspline(const WorkCase& w) { return w.transfer.gradient == GradientForm::bspline; }
 bool moments(const WorkCase& w) { return w.transfer.affine() || !bspline(w); }
 

@@ -115,7 +115,7 @@ BenchResult facts_of(const Comm& comm, const BenchCase& what, BenchRun& run) {
   const auto n_nodes = static_cast<GlobalIndex>(exchange.active_nodes().size());
   facts.nodes_per_particle = static_cast<double>(sum_global(comm, n_nodes)) / static_cast<double>(facts.n_particles);
   // Once to the owners and once back, for each vector of nodes.
-  const int n_vectors = what.transfer.flip_fraction() > 0.0 ? 2 : 1;
+  const int n_vectors = what.transfer.keeps_residual() ? 2 : 1;
   const Exchange::Traffic add = exchange.sent_by_add(), get = exchange.sent_by_get();
   facts.exchange_bytes_per_step = n_vectors * max_global(comm, static_cast<double>(add.bytes + get.bytes));
   facts.exchange_messages_per_step = n_vectors * max_global(comm, GlobalIndex{add.n_messages + get.n_messages});

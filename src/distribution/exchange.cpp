@@ -68,6 +68,8 @@ Exchange::Exchange(const Comm& comm, const GridGeometry& grid, const TileMap& ma
   static_assert(sizeof(Node) == 4 * sizeof(double));
   BULKLEY_MPI(MPI_Type_contiguous(4, MPI_DOUBLE, &node_type_));
   BULKLEY_MPI(MPI_Type_commit(&node_type_));
+  BULKLEY_MPI(MPI_Type_contiguous(8, MPI_DOUBLE, &pair_type_));
+  BULKLEY_MPI(MPI_Type_commit(&pair_type_));
   Reach reach = divide(grid, map, pool, comm.rank());
   connect(comm, grid, reach);
 }
@@ -151,9 +153,9 @@ void Exchange::connect(const Comm& comm, const GridGeometry& grid, Reach& reach)
   const PetscInt *first_root = nullptr, *root = nullptr;
   BULKLEY_PETSC(PetscSFGetRootRanks(sf_.get(), &n_owners, nullptr, nullptr, nullptr, nullptr));
   BULKLEY_PETSC(PetscSFGetLeafRanks(sf_.get(), &n_sharers, nullptr, &first_root, &root));
-  std::vector<LocalIndex> by_others(root, root + first_root[n_sharers]);
+  by_others_.assign(root, root + first_root[n_sharers]);
   sent_by_add_ = {leaves.size() * sizeof(Node), static_cast<int>(n_owners)};
-  sent_by_get_ = {by_others.size() * sizeof(Node), static_cast<int>(n_sharers)};
+  sent_by_get_ = {by_others_.size() * sizeof(Node), static_cast<int>(n_sharers)};
 
   std::vector<Piece> local;
   for (const TilePiece& piece : reach.mine) {
@@ -165,9 +167,9 @@ void Exchange::connect(const Comm& comm, const GridGeometry& grid, Reach& reach)
       local.push_back({piece.pool, at, piece.count});
   }
   const std::vector<LocalIndex> here = reach_locally(std::move(local));
-  std::sort(by_others.begin(), by_others.end());
-  by_others.erase(std::unique(by_others.begin(), by_others.end()), by_others.end());
-  std::set_difference(by_others.begin(), by_others.end(), here.begin(), here.end(), std::back_inserter(only_others_));
+  std::sort(by_others_.begin(), by_others_.end());
+  by_others_.erase(std::unique(by_others_.begin(), by_others_.end()), by_others_.end());
+  std::set_difference(by_others_.begin(), by_others_.end(), here.begin(), here.end(), std::back_inserter(only_others_));
   active_.resize(here.size() + only_others_.size());
   std::merge(here.begin(), here.end(), only_others_.begin(), only_others_.end(), active_.begin());
 }
@@ -198,7 +200,10 @@ std::vector<LocalIndex> Exchange::reach_locally(std::vector<Piece> pieces) {
   return reached;
 }
 
-Exchange::~Exchange() { BULKLEY_MPI(MPI_Type_free(&node_type_)); }
+Exchange::~Exchange() {
+  BULKLEY_MPI(MPI_Type_free(&node_type_));
+  BULKLEY_MPI(MPI_Type_free(&pair_type_));
+}
 
 // Sums begin at +0 and thus never become -0: 0 + -0 is 0.
 template <int n_numbers>
@@ -231,6 +236,48 @@ void Exchange::get_numbers(MPI_Datatype type, const double* owned, double* pool)
     std::fill_n(numbers_of<n_numbers>(pool, piece.pool), std::ptrdiff_t{piece.count} * n_numbers, 0.0);
   const double begin = MPI_Wtime();
   BULKLEY_PETSC(PetscSFBcastEnd(sf_.get(), type, owned, pool, MPI_REPLACE));
+  seconds_waiting_ += MPI_Wtime() - begin;
+}
+
+// The nodes of other ranks come as pairs into an array of pairs, and are divided between the two arrays at the end.
+void Exchange::add(const NodePair* pool, Node* motion, Node* change) {
+  pairs_.resize(static_cast<std::size_t>(n_owned()));
+  for (const LocalIndex n : by_others_) pairs_[static_cast<std::size_t>(n)] = {};
+  BULKLEY_PETSC(PetscSFReduceBegin(sf_.get(), pair_type_, pool, pairs_.data(), MPI_SUM));
+  const auto add_to = [](Node& node, const Node& other) {
+    for (int c = 0; c < 4; ++c) node.c[c] += other.c[c];
+  };
+  for (const Piece& piece : first_)
+    for (LocalIndex n = 0; n < piece.count; ++n) {
+      motion[piece.owned + n] = change[piece.owned + n] = {};
+      add_to(motion[piece.owned + n], pool[piece.pool + n].motion);
+      add_to(change[piece.owned + n], pool[piece.pool + n].change);
+    }
+  for (const LocalIndex n : only_others_) motion[n] = change[n] = {};
+  for (const Piece& piece : again_)
+    for (LocalIndex n = 0; n < piece.count; ++n) {
+      add_to(motion[piece.owned + n], pool[piece.pool + n].motion);
+      add_to(change[piece.owned + n], pool[piece.pool + n].change);
+    }
+  const double begin = MPI_Wtime();
+  BULKLEY_PETSC(PetscSFReduceEnd(sf_.get(), pair_type_, pool, pairs_.data(), MPI_SUM));
+  seconds_waiting_ += MPI_Wtime() - begin;
+  for (const LocalIndex n : by_others_) {
+    add_to(motion[n], pairs_[static_cast<std::size_t>(n)].motion);
+    add_to(change[n], pairs_[static_cast<std::size_t>(n)].change);
+  }
+}
+
+void Exchange::get(const Node* motion, const Node* change, NodePair* pool) {
+  pairs_.resize(static_cast<std::size_t>(n_owned()));
+  for (const LocalIndex n : by_others_) pairs_[static_cast<std::size_t>(n)] = {motion[n], change[n]};
+  BULKLEY_PETSC(PetscSFBcastBegin(sf_.get(), pair_type_, pairs_.data(), pool, MPI_REPLACE));
+  for (const std::vector<Piece>* pieces : {&first_, &again_})
+    for (const Piece& piece : *pieces)
+      for (LocalIndex n = 0; n < piece.count; ++n) pool[piece.pool + n] = {motion[piece.owned + n], change[piece.owned + n]};
+  for (const PoolPiece& piece : beyond_) std::fill_n(pool + piece.pool, piece.count, NodePair{});
+  const double begin = MPI_Wtime();
+  BULKLEY_PETSC(PetscSFBcastEnd(sf_.get(), pair_type_, pairs_.data(), pool, MPI_REPLACE));
   seconds_waiting_ += MPI_Wtime() - begin;
 }
 

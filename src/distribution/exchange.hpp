@@ -38,11 +38,14 @@ class Exchange {
   void add(const Node* pool, Node* owned);
   /// The same for pools of one number a node.
   void add(const double* pool, double* owned);
+  /// The same for pools of pairs, whose halves go to arrays of their own, in one message to each rank.
+  void add(const NodePair* pool, Node* motion, Node* change);
   /// pool = owned, for every pool node of the grid; pool nodes beyond it become zero. Collective.
   void get(const Node* owned, Node* pool);
   void get(const double* owned, double* pool);
+  void get(const Node* motion, const Node* change, NodePair* pool);
 
-  /// What one rank sends to others in one call, for pools of Nodes.
+  /// What one rank sends to others in one call, for pools of Nodes; NodePairs take twice the bytes.
   struct Traffic {
     std::size_t bytes = 0;
     int n_messages = 0;
@@ -71,10 +74,12 @@ class Exchange {
   void get_numbers(MPI_Datatype type, const double* owned, double* pool);
 
   PoolLayout owned_;  ///< of the tiles of nodes that this rank owns and some pool reaches
-  MPI_Datatype node_type_ = MPI_DATATYPE_NULL;
+  MPI_Datatype node_type_ = MPI_DATATYPE_NULL, pair_type_ = MPI_DATATYPE_NULL;
   SfHandle sf_;                          ///< leaves: pool nodes that other ranks own; roots: the nodes of their owners
   std::vector<Piece> first_;             ///< pool nodes that this rank owns, each owned node once
   std::vector<Piece> again_;             ///< those that reach an owned node once more, across a periodic boundary
+  std::vector<LocalIndex> by_others_;    ///< owned nodes that other ranks' pools reach
+  NodePairVector pairs_;                 ///< what other ranks add to those nodes, or get of them; by owned node
   std::vector<LocalIndex> only_others_;  ///< owned nodes that only other ranks' pools reach
   std::vector<PoolPiece> beyond_;        ///< pool nodes that are not nodes of the grid
   std::vector<LocalIndex> active_;

@@ -19,6 +19,12 @@ struct Node {
   double c[4];
 };
 
+/// A node of schemes that sum forces apart from momenta: {m v, m} and {dt f, -}, then {v, m} and {the change of v, -}. A cache
+/// line.
+struct NodePair {
+  Node motion, change;
+};
+
 /// Storage that starts on a cache line, so that no node straddles two.
 template <class T>
 struct CacheLineAllocator {
@@ -29,6 +35,7 @@ struct CacheLineAllocator {
   friend bool operator==(CacheLineAllocator, CacheLineAllocator) { return true; }
 };
 using NodeVector = std::vector<Node, CacheLineAllocator<Node>>;
+using NodePairVector = std::vector<NodePair, CacheLineAllocator<NodePair>>;
 
 /// A contiguous run of pool nodes: (i, j, k .. k + count - 1) in grid indices (not yet wrapped), at pool index `offset`.
 struct NodeRow {

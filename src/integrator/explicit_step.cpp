@@ -21,7 +21,10 @@ constexpr double empty_mass = 0x1p-48;
 }  // namespace
 
 ExplicitStep::ExplicitStep(StepParts& parts)
-    : parts_(parts), splits_(parts.physics.transfer.flip_fraction() > 0.0), received_(parts.contact.no_impulses()) {}
+    : parts_(parts), splits_(parts.physics.transfer.keeps_residual()), received_(parts.contact.no_impulses()) {
+  for (const NamedMaterial& named : parts.physics.materials)
+    shear_wave_speed_ = std::max(shear_wave_speed_, shear_wave_speed_at_rest(named.material));
+}
 
 StepReport ExplicitStep::step(const StepRequest& request, TimeStepState& state) {
   const TimeStepSettings& settings = parts_.physics.time_stepping;
@@ -79,37 +82,51 @@ double ExplicitStep::collider_speed(const StepBounds& bounds, double time, doubl
 void ExplicitStep::fit() {
   if (!parts_.fit()) return;
   const PhaseTimer timer(parts_.times, Phase::rebuild);
-  velocity_.fit(parts_.particles);
-  if (splits_) change_.fit(parts_.particles);
+  const auto n_owned = static_cast<std::size_t>(parts_.particles.exchange().n_owned());
+  const auto n_pool = static_cast<std::size_t>(parts_.particles.layout().n_nodes());
+  velocity_.assign(n_owned, Node{});
+  if (splits_) {
+    change_.assign(n_owned, Node{});
+    pairs_.assign(n_pool, NodePair{});
+  } else {
+    pool_.assign(n_pool, Node{});
+  }
 }
 
 void ExplicitStep::particles_to_nodes(double dt, const SumBounds& sums) {
   ParticleGrid& particles = parts_.particles;
-  {
+  const auto sum_into = [&](auto* pool) {
     const PhaseTimer timer(parts_.times, Phase::p2g);
     p2g(particles.grid(), parts_.physics.transfer, particles.layout(), particles.particles(), particles.map(), sums, dt,
-        velocity_.pool.data(), change_of_pool());
-  }
+        pool);
+  };
+  if (splits_)
+    sum_into(pairs_.data());
+  else
+    sum_into(pool_.data());
   const PhaseTimer timer(parts_.times, Phase::exchange);
-  particles.exchange().add(velocity_.pool.data(), velocity_.owned.data());
-  if (splits_) particles.exchange().add(change_.pool.data(), change_.owned.data());
+  if (splits_)
+    particles.exchange().add(pairs_.data(), velocity_.data(), change_.data());
+  else
+    particles.exchange().add(pool_.data(), velocity_.data());
 }
 
 void ExplicitStep::update_nodes(double time, const GridUpdate& update, StepBounds& local) {
   const PhaseTimer timer(parts_.times, Phase::grid_update);
-  Node* const nodes = velocity_.owned.data();
-  Node* const change = change_of_owned();
-  parts_.add_forces(update, time, nodes, change ? change : nodes, local.failures);
-  parts_.contact.fold(update, nodes, change);
-  grid_update(update, parts_.particles.exchange().active_nodes(), nodes, change);
+  Node* const nodes = velocity_.data();
+  parts_.add_forces(update, time, nodes, splits_ ? change() : nodes, local.failures);
+  parts_.contact.fold(update, nodes, change());
+  grid_update(update, parts_.particles.exchange().active_nodes(), nodes, change());
   received_.clear();
-  parts_.contact.apply(time, update.dt, nodes, change, received_);
+  parts_.contact.apply(time, update.dt, nodes, change(), received_);
 }
 
 void ExplicitStep::nodes_to_pools() {
   const PhaseTimer timer(parts_.times, Phase::exchange);
-  parts_.particles.exchange().get(velocity_.owned.data(), velocity_.pool.data());
-  if (splits_) parts_.particles.exchange().get(change_.owned.data(), change_.pool.data());
+  if (splits_)
+    parts_.particles.exchange().get(velocity_.data(), change_.data(), pairs_.data());
+  else
+    parts_.particles.exchange().get(velocity_.data(), pool_.data());
 }
 
 // The motion that the nodes would give the particles, merged over ranks. One more all-reduce, on trial steps and steps at
@@ -118,8 +135,14 @@ StepBounds ExplicitStep::trial_motion(const StepBounds& local) {
   const PhaseTimer timer(parts_.times, Phase::judge);
   const ParticleGrid& particles = parts_.particles;
   StepBounds motion = local;
-  measure_motion(particles.grid(), parts_.physics.transfer, particles.layout(), particles.map(), velocity_.pool.data(),
-                 particles.particles(), motion);
+  const auto measure = [&](const auto* nodes) {
+    measure_motion(particles.grid(), parts_.physics.transfer, particles.layout(), particles.map(), nodes,
+                   particles.particles(), motion);
+  };
+  if (splits_)
+    measure(pairs_.data());
+  else
+    measure(pool_.data());
   return particles.reduce(motion);
 }
 
@@ -129,13 +152,18 @@ void ExplicitStep::nodes_to_particles(double dt, StepBounds& local) {
   const Field gradient = physics.transfer.needs_velocity_gradient() ? Field::velocity_gradient : Field::affine_velocity;
   ParticleGrid& grid = parts_.particles;
   ParticleSet& particles = grid.particles();
+  const TransferSettings& transfer = physics.transfer;
+  const double rate = transfer.decay_rate(physics.grid.cell_size, grid.bounds().motion, shear_wave_speed_);
+  const double share = transfer.kept_share(dt, rate);
   grid.begin_move();
   for (LocalIndex first = 0; first < particles.size(); first += block_size) {
     const ParticleBlock block{first, first + block_size};
     {
       const PhaseTimer timer(parts_.times, Phase::g2p);
-      g2p(physics.grid, physics.transfer, grid.layout(), grid.map(), dt, velocity_.pool.data(), change_of_pool(), particles,
-          local, block);
+      if (splits_)
+        g2p(physics.grid, transfer, grid.layout(), grid.map(), dt, share, pairs_.data(), particles, local, block);
+      else
+        g2p(physics.grid, transfer, grid.layout(), grid.map(), dt, pool_.data(), particles, local, block);
     }
     {
       const PhaseTimer timer(parts_.times, Phase::stress_update);
@@ -155,7 +183,12 @@ std::span<const Node> ExplicitStep::node_velocities(double time) {
   fit();
   StepBounds none;
   compute_nodes(time, 0.0, none);
-  return velocity_.owned;
+  return velocity_;
+}
+
+std::size_t ExplicitStep::memory() const {
+  return (pool_.capacity() + velocity_.capacity() + change_.capacity()) * sizeof(Node) +
+         pairs_.capacity() * sizeof(NodePair);
 }
 
 }  // namespace bulkley

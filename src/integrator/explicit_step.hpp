@@ -17,7 +17,7 @@ class ExplicitStep : public Integrator {
   bool is_exact() const override { return true; }
   std::span<const Node> node_velocities(double time) override;
   int n_exchanges() const override { return parts_.physics.transfer.n_exchanges(); }
-  std::size_t memory() const override { return velocity_.memory() + change_.memory(); }
+  std::size_t memory() const override;
 
  private:
   double collider_speed(const StepBounds& bounds, double time, double remaining) const;
@@ -28,13 +28,15 @@ class ExplicitStep : public Integrator {
   StepBounds trial_motion(const StepBounds& local);
   void nodes_to_particles(double dt, StepBounds& local);
 
-  Node* change_of_pool() { return splits_ ? change_.pool.data() : nullptr; }
-  Node* change_of_owned() { return splits_ ? change_.owned.data() : nullptr; }
+  Node* change() { return splits_ ? change_.data() : nullptr; }
 
   StepParts& parts_;
-  bool splits_;         ///< forces are summed apart from momenta: a transfer with a FLIP part needs the change of velocity
-  NodeField velocity_;  ///< {m v, m}, then {v, m}
-  NodeField change_;    ///< {dt f, -}, then the change of velocity in the step; only where splits_
+  double shear_wave_speed_ = 0.0;  ///< m/s, the largest of the materials at rest
+  bool splits_;           ///< forces are summed apart from momenta: a transfer with a residual needs the change of velocity
+  NodeVector pool_;       ///< {m v + dt f, m}, then {v, m}; unless splits_
+  NodePairVector pairs_;  ///< of the pool, only where splits_
+  NodeVector velocity_;   ///< {m v, m}, then {v, m} of the owned nodes
+  NodeVector change_;     ///< {dt f, -}, then the change of velocity in the step; only where splits_
   ContactImpulses received_;  ///< by the colliders from this rank's nodes in the step being tried
 };
 

@@ -2,11 +2,6 @@
 
 namespace bulkley {
 
-void NodeField::fit(const ParticleGrid& particles) {
-  owned.assign(static_cast<std::size_t>(particles.exchange().n_owned()), Node{});
-  pool.assign(static_cast<std::size_t>(particles.layout().n_nodes()), Node{});
-}
-
 StepParts::StepParts(const Physics& all_physics, ParticleGrid& all_particles, NodeForces node_forces,
                      PhaseTimes& phase_times)
     : physics(all_physics),

@@ -8,15 +8,6 @@
 
 namespace bulkley {
 
-/// One vector per node: in this rank's pool, and summed up on the nodes that it owns.
-struct NodeField {
-  NodeVector pool, owned;
-
-  /// Zero, in the size of the present pools.
-  void fit(const ParticleGrid& particles);
-  std::size_t memory() const { return (pool.capacity() + owned.capacity()) * sizeof(Node); }
-};
-
 struct StepParts {
   /// All arguments must outlive this but `node_forces`.
   StepParts(const Physics& all_physics, ParticleGrid& all_particles, NodeForces node_forces, PhaseTimes& phase_times);

@@ -13,10 +13,35 @@ namespace bulkley {
 
 using Quad [[gnu::vector_size(32)]] = double;  ///< the four numbers of a Node
 
-inline Quad load_quad(const Node& node) {
-  Quad q;
-  std::memcpy(&q, node.c, sizeof q);
-  return q;
+/// The numbers of a NodePair. Sums of both halves cost no more instructions than one where vectors have 64 bytes.
+using Oct [[gnu::vector_size(64)]] = double;
+
+/// The vector that holds a node, and how many quads that is.
+template <class NodeType>
+struct VectorOf;
+template <>
+struct VectorOf<Node> {
+  using type = Quad;
+};
+template <>
+struct VectorOf<NodePair> {
+  using type = Oct;
+};
+template <class Vector>
+inline constexpr int quads_in = sizeof(Vector) / sizeof(Quad);
+
+/// The numbers of `source` from its quad `first_quad` on, as many as the vector holds.
+template <class Vector = Quad, int first_quad = 0, class Source>
+inline Vector load_vector(const Source& source) {
+  static_assert(sizeof(Source) >= sizeof(Vector) + first_quad * sizeof(Quad));
+  Vector vector;
+  std::memcpy(&vector, reinterpret_cast<const char*>(&source) + first_quad * sizeof(Quad), sizeof vector);
+  return vector;
+}
+template <int first_quad = 0, class Vector, class Target>
+inline void store_vector(Target& target, const Vector& vector) {
+  static_assert(sizeof(Target) >= sizeof(Vector) + first_quad * sizeof(Quad));
+  std::memcpy(reinterpret_cast<char*>(&target) + first_quad * sizeof(Quad), &vector, sizeof vector);
 }
 
 /// Particles a batch: one cache line of every column. Larger batches push the nodes and the columns to come out of the
@@ -115,17 +140,6 @@ class StencilRows {
   NodeType* first_;
 };
 
-/// Two pools of one layout: the node of the second that corresponds to a node of the first, from their distance in bytes, so
-/// that one row address serves both.
-inline std::ptrdiff_t offset_between(const Node* first_pool, const Node* second_pool) {
-  return static_cast<std::ptrdiff_t>(reinterpret_cast<std::uintptr_t>(second_pool) -
-                                     reinterpret_cast<std::uintptr_t>(first_pool));
-}
-template <class NodeType>
-inline NodeType* shifted(NodeType* node, std::ptrdiff_t offset) {
-  return reinterpret_cast<NodeType*>(reinterpret_cast<std::uintptr_t>(node) + static_cast<std::uintptr_t>(offset));
-}
-
 /// Rows of n_lanes numbers, cut into quads.
 inline constexpr int quads_per_pack = n_lanes / 4;
 struct CutPack {
@@ -145,6 +159,33 @@ inline void store_quads(const Pack (&row)[4], Quad* to, std::ptrdiff_t stride) {
     to[2 * stride] = __builtin_shufflevector(xy02, zm02, 2, 3, 6, 7);
     to[3 * stride] = __builtin_shufflevector(xy13, zm13, 2, 3, 6, 7);
   }
+}
+
+/// The same of eight rows into octs, written at once: a load of 64 bytes waits long for two stores of 32.
+inline void store_octs(const Pack (&low)[4], const Pack (&high)[4], Quad* to, std::ptrdiff_t stride) {
+#if defined(__AVX512F__)
+  const Pack rows[8] = {low[0], low[1], low[2], low[3], high[0], high[1], high[2], high[3]};
+  Pack pairs[2][4];  // of particles 0 2 4 6 and 1 3 5 7, two rows in each
+  for (int k = 0; k < 4; ++k) {
+    pairs[0][k] = __builtin_shufflevector(rows[2 * k], rows[2 * k + 1], 0, 8, 2, 10, 4, 12, 6, 14);
+    pairs[1][k] = __builtin_shufflevector(rows[2 * k], rows[2 * k + 1], 1, 9, 3, 11, 5, 13, 7, 15);
+  }
+  for (int odd = 0; odd < 2; ++odd) {
+    const Pack(&x)[4] = pairs[odd];
+    const Pack a = __builtin_shufflevector(x[0], x[1], 0, 1, 8, 9, 4, 5, 12, 13);
+    const Pack b = __builtin_shufflevector(x[0], x[1], 2, 3, 10, 11, 6, 7, 14, 15);
+    const Pack c = __builtin_shufflevector(x[2], x[3], 0, 1, 8, 9, 4, 5, 12, 13);
+    const Pack d = __builtin_shufflevector(x[2], x[3], 2, 3, 10, 11, 6, 7, 14, 15);
+    const auto put = [&](int particle, Pack value) { std::memcpy(to + particle * stride, &value, sizeof value); };
+    put(odd, __builtin_shufflevector(a, c, 0, 1, 2, 3, 8, 9, 10, 11));
+    put(odd + 2, __builtin_shufflevector(b, d, 0, 1, 2, 3, 8, 9, 10, 11));
+    put(odd + 4, __builtin_shufflevector(a, c, 4, 5, 6, 7, 12, 13, 14, 15));
+    put(odd + 6, __builtin_shufflevector(b, d, 4, 5, 6, 7, 12, 13, 14, 15));
+  }
+#else
+  store_quads(low, to, stride);
+  store_quads(high, to + 1, stride);
+#endif
 }
 
 /// The first three rows back: row[r][p] = component r of quad p.

@@ -12,30 +12,39 @@ namespace bulkley {
 
 namespace {
 
+// What particles keep of their residual, the motion that the grid does not see.
+enum class Kept { nothing, velocity, moments };
+template <Kept kept>
+using NodeOf = std::conditional_t<kept == Kept::nothing, Node, NodePair>;
+
 // Per particle: weights, and sums over the stencil. Column c of `moment` is sum w v (node - 1)_c, taken about node 1 of the
-// stencil; column c of `gradient` is sum dw/dxi_c v.
-template <SplineOrder order>
+// stencil; column c of `gradient` is sum dw/dxi_c v. Second quads: the same of the change of v.
+template <SplineOrder order, class NodeType>
 struct Batch {
   static constexpr int s = stencil_width(order);
+  static constexpr int n_quads = quads_in<typename VectorOf<NodeType>::type>;
   Pack distance[3][batch_size / n_lanes];  // of the particle above its base node, in cells
   alignas(64) double w[3][s][batch_size];
   alignas(64) double d[3][s][batch_size];  // dw/dxi
-  alignas(64) Quad velocity[batch_size];
-  alignas(64) Quad moment[batch_size][3];
-  alignas(64) Quad gradient[batch_size][3];
-  alignas(64) Quad change[batch_size];
+  alignas(64) Quad velocity[batch_size][n_quads];
+  alignas(64) Quad moment[batch_size][3][n_quads];
+  alignas(64) Quad gradient[batch_size][3][n_quads];
 };
 
 // Node k's share of a sum of t, and of one of (k - 1) t. The first share sets the sum.
-inline void add_share(Quad& sum, int k, Quad t) { sum = k == 0 ? t : sum + t; }
-inline void add_moment(Quad& sum, int k, Quad t) {
+template <class Vector>
+inline void add_share(Vector& sum, int k, Vector t) {
+  sum = k == 0 ? t : sum + t;
+}
+template <class Vector>
+inline void add_moment(Vector& sum, int k, Vector t) {
   if (k == 0) sum = -t;
   if (k == 2) sum += t;
   if (k == 3) sum += t + t;
 }
 
-template <SplineOrder order, bool gradients>
-void prepare(const CellFrame& frame, const FieldColumns<3>& position, LocalIndex p, int b, Batch<order>& batch) {
+template <bool gradients, SplineOrder order, class NodeType>
+void prepare(const CellFrame& frame, const FieldColumns<3>& position, LocalIndex p, int b, Batch<order, NodeType>& batch) {
   constexpr int s = stencil_width(order);
 #pragma GCC unroll 3
   for (int a = 0; a < 3; ++a) {
@@ -52,64 +61,68 @@ void prepare(const CellFrame& frame, const FieldColumns<3>& position, LocalIndex
   }
 }
 
-// The three nested sums are factored by direction: z, then y, then x.
-template <SplineOrder order, bool moments, bool gradients, bool changes>
-void gather(const LocalIndex* row_offsets, const Node* velocity, std::ptrdiff_t change_offset, LocalIndex cell, int b,
-            Batch<order>& batch) {
+// Sums over a stencil, of nodes or of their quads from `first_quad` on, as many as a Vector holds. The three nested sums are
+// factored by direction: z, then y, then x.
+template <class Vector, int first_quad, bool moments, bool gradients, SplineOrder order, class NodeType>
+void gather(const LocalIndex* row_offsets, const NodeType* nodes, LocalIndex cell, int b, Batch<order, NodeType>& batch) {
   constexpr int s = stencil_width(order);
-  const StencilRows<order, const Node> rows(row_offsets, cell, velocity);
-  Quad v{}, m[3] = {}, g[3] = {}, h{};
+  const StencilRows<order, const NodeType> rows(row_offsets, cell, nodes);
+  Vector v{}, m[3] = {}, g[3] = {};
 #pragma GCC unroll 4
   for (int i = 0; i < s; ++i) {
-    Quad vy{}, my{}, mz{}, gy{}, gz{}, hy{};
+    Vector vy{}, my{}, mz{}, gy{}, gz{};
 #pragma GCC unroll 4
     for (int j = 0; j < s; ++j) {
-      const Node* const row = rows(i, j);
-      Quad vz{}, slope{}, derivative{}, hz{};
+      const NodeType* const row = rows(i, j);
+      Vector vz{}, slope{}, derivative{};
 #pragma GCC unroll 4
       for (int k = 0; k < s; ++k) {
         const double w = batch.w[2][k][b];
-        const Quad node = load_quad(row[k]);
-        const Quad t = w * node;
+        const Vector node = load_vector<Vector, first_quad>(row[k]);
+        const Vector t = w * node;
         add_share(vz, k, t);
         if constexpr (moments) add_moment(slope, k, t);
-        if constexpr (gradients) add_share(derivative, k, batch.d[2][k][b] * node);
-        if constexpr (changes) add_share(hz, k, w * load_quad(shifted(row, change_offset)[k]));
+        if constexpr (gradients) {
+          const Vector u = batch.d[2][k][b] * node;
+          add_share(derivative, k, u);
+        }
       }
       const double w = batch.w[1][j][b];
-      const Quad t = w * vz;
+      const Vector t = w * vz;
       add_share(vy, j, t);
       if constexpr (moments) {
         add_moment(my, j, t);
-        add_share(mz, j, w * slope);
+        const Vector u = w * slope;
+        add_share(mz, j, u);
       }
       if constexpr (gradients) {
-        add_share(gy, j, batch.d[1][j][b] * vz);
-        add_share(gz, j, w * derivative);
+        const Vector u = batch.d[1][j][b] * vz, x = w * derivative;
+        add_share(gy, j, u);
+        add_share(gz, j, x);
       }
-      if constexpr (changes) add_share(hy, j, w * hz);
     }
     const double w = batch.w[0][i][b];
-    const Quad t = w * vy;
+    const Vector t = w * vy;
     add_share(v, i, t);
     if constexpr (moments) {
       add_moment(m[0], i, t);
-      add_share(m[1], i, w * my);
-      add_share(m[2], i, w * mz);
+      const Vector u = w * my, x = w * mz;
+      add_share(m[1], i, u);
+      add_share(m[2], i, x);
     }
     if constexpr (gradients) {
-      add_share(g[0], i, batch.d[0][i][b] * vy);
-      add_share(g[1], i, w * gy);
-      add_share(g[2], i, w * gz);
+      const Vector u = batch.d[0][i][b] * vy, x = w * gy, y = w * gz;
+      add_share(g[0], i, u);
+      add_share(g[1], i, x);
+      add_share(g[2], i, y);
     }
-    if constexpr (changes) add_share(h, i, w * hy);
   }
-  batch.velocity[b] = v;
+  store_vector<first_quad>(batch.velocity[b], v);
+#pragma GCC unroll 3
   for (int c = 0; c < 3; ++c) {
-    if constexpr (moments) batch.moment[b][c] = m[c];
-    if constexpr (gradients) batch.gradient[b][c] = g[c];
+    if constexpr (moments) store_vector<first_quad>(batch.moment[b][c], m[c]);
+    if constexpr (gradients) store_vector<first_quad>(batch.gradient[b][c], g[c]);
   }
-  if constexpr (changes) batch.change[b] = h;
 }
 
 template <int size>
@@ -119,6 +132,7 @@ Pack squares(const Pack (&values)[size]) {
   return sum;
 }
 
+template <class NodeType>
 struct Arguments {
   CellFrame frame;
   double cell_size;
@@ -126,8 +140,8 @@ struct Arguments {
   const LocalIndex* row_offsets;
   const LocalIndex* cell;
   double dt;
-  const Node* velocity;
-  std::ptrdiff_t change_offset;  // from `velocity`, see offset_between
+  double kept_share;  // of the residual
+  const NodeType* nodes;
 };
 
 // What the nodes give to n_lanes particles, from the sums of the batch: v, C_p and L_p (row-major).
@@ -137,29 +151,30 @@ struct Motion {
   Pack gradient[9];
 };
 
-template <bool moments, bool gradients, SplineOrder order>
-Motion motion_of(const Arguments& arg, int b, const Batch<order>& batch) {
+template <bool moments, bool gradients, SplineOrder order, class NodeType>
+Motion motion_of(const Arguments<NodeType>& arg, int b, const Batch<order, NodeType>& batch) {
+  constexpr int n_quads = Batch<order, NodeType>::n_quads;
   const double inverse_dx = arg.frame.inverse_cell_size;
   Motion motion;
-  load_rows(&batch.velocity[b], 1, motion.velocity);
+  load_rows(&batch.velocity[b][0], n_quads, motion.velocity);
 #pragma GCC unroll 3
   for (int c = 0; c < 3; ++c) {
     Pack column[3];
     if constexpr (moments) {
-      load_rows(&batch.moment[b][c], 3, column);
+      load_rows(&batch.moment[b][c][0], 3 * n_quads, column);
       const Pack distance = batch.distance[c][b / n_lanes] - 1.0;  // above node 1
       for (int r = 0; r < 3; ++r)
         motion.affine[3 * r + c] = (column[r] - distance * motion.velocity[r]) * (inverse_second_moment(order) * inverse_dx);
     }
     if constexpr (gradients) {
-      load_rows(&batch.gradient[b][c], 3, column);
+      load_rows(&batch.gradient[b][c][0], 3 * n_quads, column);
       for (int r = 0; r < 3; ++r) motion.gradient[3 * r + c] = column[r] * inverse_dx;
     }
   }
   if constexpr (!gradients)
     for (int c = 0; c < 9; ++c) motion.gradient[c] = motion.affine[c];
   if constexpr (moments) {
-    const double zeta = arg.transfer.affine() ? arg.transfer.affine_damping : 0.0;
+    const double zeta = arg.transfer.scheme == TransferScheme::apic ? arg.transfer.affine_damping : 0.0;
     if (zeta > 0.0) {
       const Motion whole = motion;
       for (int r = 0; r < 3; ++r)
@@ -171,20 +186,71 @@ Motion motion_of(const Arguments& arg, int b, const Batch<order>& batch) {
   return motion;
 }
 
+// The residuals of v_p and C_p that particles keep over the step, and what carries them with the flow (T9b). On entry `velocity`
+// and `affine` are those of the particles, `motion` what the nodes give.
+template <SplineOrder order>
+void keep_residual(const Arguments<NodePair>& arg, int b, const Batch<order, NodePair>& batch, Pack (&velocity)[3],
+                   Pack (&affine)[9], const Motion& motion) {
+  const double inverse_dx = arg.frame.inverse_cell_size, inverse_moment = inverse_second_moment(order) * inverse_dx;
+  const double share = arg.kept_share, dt = arg.dt;
+  Pack change[3], before[9], residual[9], spin[9];  // of velocity; L0 and its skew part; R
+  load_rows(&batch.velocity[b][1], 2, change);
+  for (int c = 0; c < 3; ++c) {
+    Pack column[3];
+    load_rows(&batch.moment[b][c][1], 6, column);
+    const Pack distance = batch.distance[c][b / n_lanes] - 1.0;
+    for (int r = 0; r < 3; ++r)
+      before[3 * r + c] = motion.affine[3 * r + c] - (column[r] - distance * change[r]) * inverse_moment;
+  }
+  Pack q[3];
+  for (int r = 0; r < 3; ++r) q[r] = velocity[r] - (motion.velocity[r] - change[r]);
+  for (int c = 0; c < 9; ++c) residual[c] = affine[c] - before[c];
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 3; ++c) spin[3 * r + c] = 0.5 * (before[3 * r + c] - before[3 * c + r]);
+  // A = (W0 + share R) W0, of which the symmetric part is taken; B = share (R L0^T - q (S dv)^T / D), of which the skew part is.
+  const double inverse_d = inverse_moment * inverse_dx;
+  Pack turned[9], torque[9];
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 3; ++c) {
+      Pack a = broadcast<Pack>(0.0), t = -inverse_d * q[r] * change[c];
+      for (int k = 0; k < 3; ++k) {
+        a += (spin[3 * r + k] + share * residual[3 * r + k]) * spin[3 * k + c];
+        t += residual[3 * r + k] * before[3 * c + k];
+      }
+      turned[3 * r + c] = a;
+      torque[3 * r + c] = share * t;
+    }
+  for (int r = 0; r < 3; ++r) {
+    velocity[r] = motion.velocity[r] + share * q[r];
+    for (int c = 0; c < 3; ++c) {
+      const int rc = 3 * r + c, cr = 3 * c + r;
+      affine[rc] =
+          motion.affine[rc] + share * residual[rc] + (0.5 * dt) * ((torque[rc] - torque[cr]) - (turned[rc] + turned[cr]));
+    }
+  }
+}
+
 // Calls `visit(first particle, place in batch, lanes, batch)` for all packs of the block, after their sums are gathered.
-template <SplineOrder order, bool moments, bool gradients, bool changes, class Visit>
-[[gnu::flatten]] void for_each_pack(const Arguments& arguments, const ParticleSet& set, ParticleBlock block, Visit visit) {
-  const Arguments arg = arguments;  // its own copy, which no store can be suspected to change
-  Batch<order> batch;
+template <SplineOrder order, bool moments, bool gradients, Kept kept, class NodeType, class Visit>
+[[gnu::flatten]] void for_each_pack(const Arguments<NodeType>& arguments, const ParticleSet& set, ParticleBlock block,
+                                    Visit visit) {
+  const Arguments<NodeType> arg = arguments;  // its own copy, which no store can be suspected to change
+  Batch<order, NodeType> batch;
   const FieldColumns<3> position(set, Field::position);
   const LocalIndex end = std::min(block.end, set.size());
   for (LocalIndex first = block.begin; first < end; first += batch_size) {
     const int size = static_cast<int>(std::min<LocalIndex>(batch_size, end - first));
     position.prefetch(first + prefetch_distance);
-    for (int b = 0; b < size; b += n_lanes) prepare<order, gradients>(arg.frame, position, first + b, b, batch);
-    for (int b = 0; b < size; ++b)
-      gather<order, moments, gradients, changes>(arg.row_offsets, arg.velocity, arg.change_offset, arg.cell[first + b], b,
-                                                 batch);
+    for (int b = 0; b < size; b += n_lanes) prepare<gradients>(arg.frame, position, first + b, b, batch);
+    for (int b = 0; b < size; ++b) {
+      const LocalIndex cell = arg.cell[first + b];
+      if constexpr (kept == Kept::moments) {
+        gather<Oct, 0, moments, gradients>(arg.row_offsets, arg.nodes, cell, b, batch);
+      } else {
+        gather<Quad, 0, moments, gradients>(arg.row_offsets, arg.nodes, cell, b, batch);
+        if constexpr (kept == Kept::velocity) gather<Quad, 1, false, false>(arg.row_offsets, arg.nodes, cell, b, batch);
+      }
+    }
     for (int b = 0; b < size; b += n_lanes) visit(first + b, b, std::min(n_lanes, size - b), batch);
   }
 }
@@ -203,10 +269,10 @@ void with_sums(const GridGeometry& grid, const TransferSettings& transfer, Funct
 }
 
 // Columns that g2p reads and writes, and the largest values it meets.
-template <SplineOrder order, bool moments, bool gradients, bool changes>
+template <SplineOrder order, bool moments, bool gradients, Kept kept>
 class Update {
  public:
-  Update(const Arguments& arg, ParticleSet& set)
+  Update(const Arguments<NodeOf<kept>>& arg, ParticleSet& set)
       : arg_(arg),
         id_(set.id()),
         mass_(set, Field::mass),
@@ -216,19 +282,27 @@ class Update {
     if (set.has(Field::velocity_gradient)) velocity_gradient_.emplace(set, Field::velocity_gradient);
   }
 
-  void operator()(LocalIndex p, int b, int n, const Batch<order>& batch) {
+  void operator()(LocalIndex p, int b, int n, const Batch<order, NodeOf<kept>>& batch) {
     mass_.prefetch(p + prefetch_distance);
     velocity_.prefetch(p + prefetch_distance);
     if constexpr (moments) affine_velocity_.prefetch(p + prefetch_distance);
     Motion motion = motion_of<moments, gradients>(arg_, b, batch);
-    const double fraction = arg_.transfer.flip_fraction();
+    const double fraction = arg_.kept_share;
     Pack change[3];
-    if constexpr (changes) load_rows(&batch.change[b], 1, change);
+    if constexpr (kept == Kept::velocity) load_rows(&batch.velocity[b][1], 2, change);
     for (int r = 0; r < 3; ++r) {
       Pack& v = motion.velocity[r];
       position_.store(p, position_(p, r) + arg_.dt * v, r);
-      if constexpr (changes) v = (1.0 - fraction) * v + fraction * (velocity_(p, r) + change[r]);
-      velocity_.store(p, v, r);
+      if constexpr (kept == Kept::velocity) v = (1.0 - fraction) * v + fraction * (velocity_(p, r) + change[r]);
+      if constexpr (kept != Kept::moments) velocity_.store(p, v, r);
+    }
+    if constexpr (kept == Kept::moments) {
+      Pack v[3], affine[9];
+      for (int r = 0; r < 3; ++r) v[r] = velocity_(p, r);
+      for (int c = 0; c < 9; ++c) affine[c] = affine_velocity_(p, c);
+      keep_residual<order>(arg_, b, batch, v, affine, motion);
+      for (int r = 0; r < 3; ++r) velocity_.store(p, motion.velocity[r] = v[r], r);
+      for (int c = 0; c < 9; ++c) motion.affine[c] = affine[c];
     }
     if constexpr (moments)
       for (int c = 0; c < 9; ++c) affine_velocity_.store(p, motion.affine[c], c);
@@ -256,7 +330,7 @@ class Update {
   }
 
  private:
-  const Arguments& arg_;
+  const Arguments<NodeOf<kept>>& arg_;
   const GlobalIndex* id_;
   FieldColumns<1> mass_;
   MutableColumns<3> position_, velocity_;
@@ -266,36 +340,20 @@ class Update {
   Pack mass_max_{}, momentum_max_{};
 };
 
-template <SplineOrder order, bool moments, bool gradients, bool changes>
-[[gnu::flatten]] void update_all(const Arguments& arg, ParticleSet& particles, ParticleBlock block, StepBounds& bounds) {
-  Update<order, moments, gradients, changes> update(arg, particles);
-  for_each_pack<order, moments, gradients, changes>(
+template <SplineOrder order, bool moments, bool gradients, Kept kept>
+[[gnu::flatten]] void update_all(const Arguments<NodeOf<kept>>& arg, ParticleSet& particles, ParticleBlock block,
+                                 StepBounds& bounds) {
+  Update<order, moments, gradients, kept> update(arg, particles);
+  for_each_pack<order, moments, gradients, kept>(
       arg, particles, block, [&](LocalIndex p, int b, int n, const auto& batch) { update(p, b, n, batch); });
   update.merge_into(bounds);
 }
 
-}  // namespace
-
-void g2p(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const CellMap& map, double dt,
-         const Node* velocity, const Node* change, ParticleSet& particles, StepBounds& bounds, ParticleBlock block) {
-  BULKLEY_ASSERT(transfer.needs_velocity_gradient() == particles.has(Field::velocity_gradient));
-  const bool changes = transfer.flip_fraction() > 0.0;
-  const Arguments arg{CellFrame(grid), grid.cell_size,
-                      transfer,        layout.row_offsets().data(),
-                      map.cell.data(), dt,
-                      velocity,        changes ? offset_between(velocity, change) : 0};
-  with_sums(grid, transfer, [&](auto order, auto moments, auto gradients) {
-    changes ? update_all<order(), moments(), gradients(), true>(arg, particles, block, bounds)
-            : update_all<order(), moments(), gradients(), false>(arg, particles, block, bounds);
-  });
-}
-
-void measure_motion(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const CellMap& map,
-                    const Node* velocity, const ParticleSet& particles, StepBounds& bounds) {
-  const Arguments arg{
-      CellFrame(grid), grid.cell_size, transfer, layout.row_offsets().data(), map.cell.data(), 0.0, velocity, 0};
+template <class NodeType>
+void measure_all(const Arguments<NodeType>& arg, const ParticleSet& particles, const GridGeometry& grid,
+                 StepBounds& bounds) {
   const GlobalIndex* id = particles.id();
-  with_sums(grid, transfer, [&](auto order, auto moments, auto gradients) {
+  with_sums(grid, arg.transfer, [&](auto order, auto moments, auto gradients) {
     const auto visit = [&](LocalIndex p, int b, int n, const auto& batch) {
       const Motion motion = motion_of<moments(), gradients()>(arg, b, batch);
       const Pack gradient_squared = squares(motion.gradient);
@@ -308,8 +366,48 @@ void measure_motion(const GridGeometry& grid, const TransferSettings& transfer, 
           bounds.failures.failed_id.include(id[p + lane]);
         }
     };
-    for_each_pack<order(), moments(), gradients(), false>(arg, particles, {}, visit);
+    for_each_pack<order(), moments(), gradients(), Kept::nothing>(arg, particles, {}, visit);
   });
+}
+
+template <class NodeType>
+Arguments<NodeType> arguments(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout,
+                              const CellMap& map, double dt, double kept_share, const NodeType* nodes) {
+  return {CellFrame(grid), grid.cell_size, transfer, layout.row_offsets().data(), map.cell.data(), dt, kept_share, nodes};
+}
+
+}  // namespace
+
+void g2p(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const CellMap& map, double dt,
+         const Node* nodes, ParticleSet& particles, StepBounds& bounds, ParticleBlock block) {
+  BULKLEY_ASSERT(!transfer.keeps_residual());
+  BULKLEY_ASSERT(transfer.needs_velocity_gradient() == particles.has(Field::velocity_gradient));
+  const auto arg = arguments(grid, transfer, layout, map, dt, 0.0, nodes);
+  with_sums(grid, transfer, [&](auto order, auto moments, auto gradients) {
+    update_all<order(), moments(), gradients(), Kept::nothing>(arg, particles, block, bounds);
+  });
+}
+
+void g2p(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const CellMap& map, double dt,
+         double kept_share, const NodePair* nodes, ParticleSet& particles, StepBounds& bounds, ParticleBlock block) {
+  BULKLEY_ASSERT(transfer.keeps_residual());
+  BULKLEY_ASSERT(transfer.needs_velocity_gradient() == particles.has(Field::velocity_gradient));
+  const auto arg = arguments(grid, transfer, layout, map, dt, kept_share, nodes);
+  with_sums(grid, transfer, [&](auto order, auto moments, auto gradients) {
+    if constexpr (moments())
+      if (transfer.affine()) return update_all<order(), true, gradients(), Kept::moments>(arg, particles, block, bounds);
+    update_all<order(), moments(), gradients(), Kept::velocity>(arg, particles, block, bounds);
+  });
+}
+
+void measure_motion(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const CellMap& map,
+                    const Node* nodes, const ParticleSet& particles, StepBounds& bounds) {
+  measure_all(arguments(grid, transfer, layout, map, 0.0, 0.0, nodes), particles, grid, bounds);
+}
+
+void measure_motion(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const CellMap& map,
+                    const NodePair* nodes, const ParticleSet& particles, StepBounds& bounds) {
+  measure_all(arguments(grid, transfer, layout, map, 0.0, 0.0, nodes), particles, grid, bounds);
 }
 
 void measure_particles(const GridGeometry& grid, const TransferSettings& transfer, const ParticleSet& particles,

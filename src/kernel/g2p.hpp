@@ -8,16 +8,22 @@ namespace bulkley {
 
 /// Updates velocity (T6, T7), affine_velocity (C_p = B_p D_p^-1, (T8), damped by (T9); also kept, unused by p2g, where the
 /// transfer is not affine but L_p is read from it), velocity_gradient where the transfer needs it, and position (T10): x_p
-/// += dt v_pic, always with the interpolated grid velocity. `velocity`: v_i after forces and boundaries; `change`: v_i
-/// minus its value before forces, read when flip_fraction > 0. Merges speed, velocity_gradient, mass and momentum into
-/// `bounds`. Only particles of `block`. Not collective.
+/// += dt v_pic, always with the interpolated grid velocity. Merges speed, velocity_gradient, mass and momentum into `bounds`. Only
+/// particles of `block`. `nodes`: {v_i, -} after forces and boundaries. Precondition: !transfer.keeps_residual(). Not
+/// collective.
 void g2p(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const CellMap& map, double dt,
-         const Node* velocity, const Node* change, ParticleSet& particles, StepBounds& bounds, ParticleBlock block = {});
+         const Node* nodes, ParticleSet& particles, StepBounds& bounds, ParticleBlock block = {});
+/// The same for transfers that keep the share `kept_share` of the residual (T7), and of both residuals with (T9b). `nodes`: {v_i, -}
+/// and {v_i minus its value before forces, -}. Precondition: transfer.keeps_residual(). Not collective.
+void g2p(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const CellMap& map, double dt,
+         double kept_share, const NodePair* nodes, ParticleSet& particles, StepBounds& bounds, ParticleBlock block = {});
 
 /// What g2p would find, without touching a particle: merges velocity_gradient, speed (of the interpolated velocity) and
 /// not-finite particles into `bounds`. Judges a time step before it is taken. Not collective.
 void measure_motion(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const CellMap& map,
-                    const Node* velocity, const ParticleSet& particles, StepBounds& bounds);
+                    const Node* nodes, const ParticleSet& particles, StepBounds& bounds);
+void measure_motion(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const CellMap& map,
+                    const NodePair* nodes, const ParticleSet& particles, StepBounds& bounds);
 
 /// Merges speed, mass and momentum of the particles as they are, and velocity_gradient as it is stored. For the first step.
 /// Not collective.

@@ -12,19 +12,21 @@ namespace bulkley {
 namespace {
 
 // What one particle gives to node (i, j, k) of its stencil: w (q + i a_x + j a_y + k a_z) of momentum and mass; for the MLS
-// form of the force an impulse of the same kind, joined to it unless they are kept apart (`split`); for the B-spline form
+// form of the force an impulse of the same kind, joined to it in a Node, next to it in a NodePair; for the B-spline form
 // (grad w) . F, F the columns of -dt V tau.
-template <SplineOrder order>
+template <SplineOrder order, class NodeType>
 struct Batch {
   static constexpr int s = stencil_width(order);
+  static constexpr int n_quads = quads_in<typename VectorOf<NodeType>::type>;
   alignas(64) double wxy[s * s][batch_size];
   alignas(64) double wz[s][batch_size];
   alignas(64) double dxy[2][s * s][batch_size];  // B-spline form: derivatives d_x w_y and w_x d_y
   alignas(64) double dz[s][batch_size];
-  alignas(64) Quad momentum[batch_size][4];  // q, a_x, a_y, a_z; q alone where they are zero
-  alignas(64) Quad impulse[batch_size][4];   // MLS, split: q, a_x, a_y, a_z; B-spline: F_x, F_y, F_z
+  alignas(64) Quad momentum[batch_size][4][n_quads];  // q, a_x, a_y, a_z; in the second quads those of the MLS impulse
+  alignas(64) Quad impulse[batch_size][4];            // B-spline: F_x, F_y, F_z
 };
 
+template <class NodeType>
 struct Arguments {
   CellFrame frame;
   double cell_size;
@@ -39,13 +41,12 @@ struct Arguments {
   double dt;
   Quad pool_constant;
   Quad impulse_constant;
-  Node* pool;
-  std::ptrdiff_t impulse_offset;  // from `pool`, see offset_between
+  NodeType* pool;
 };
 
 // Weights of n_lanes particles at distances `fx` above their base nodes, at place `b` of the batch.
-template <SplineOrder order, GradientForm form>
-void prepare_weights(const Pack (&fx)[3], int b, Batch<order>& batch) {
+template <SplineOrder order, GradientForm form, class NodeType>
+void prepare_weights(const Pack (&fx)[3], int b, Batch<order, NodeType>& batch) {
   constexpr int s = stencil_width(order);
   Pack w[3][s];
   for (int a = 0; a < 3; ++a) spline_weights<order>(fx[a], w[a]);
@@ -65,8 +66,10 @@ void prepare_weights(const Pack (&fx)[3], int b, Batch<order>& batch) {
 }
 
 // Everything the batch holds of n_lanes particles, first particle `p`, at place `b`.
-template <SplineOrder order, GradientForm form, bool split>
-void prepare(const Arguments& arg, LocalIndex p, int b, Batch<order>& batch) {
+template <SplineOrder order, GradientForm form, class NodeType>
+void prepare(const Arguments<NodeType>& arg, LocalIndex p, int b, Batch<order, NodeType>& batch) {
+  constexpr int n_quads = Batch<order, NodeType>::n_quads;
+  constexpr bool split = n_quads == 2;
   const double dx = arg.cell_size;
   Pack fx[3];
   for (int a = 0; a < 3; ++a) fx[a] = arg.frame.offset_in_stencil(a, arg.position(p, a));
@@ -98,77 +101,80 @@ void prepare(const Arguments& arg, LocalIndex p, int b, Batch<order>& batch) {
         else
           a[c][r] += f[c][r];
       }
-      if constexpr (!split) q[r] -= a[c][r] * fx[c];
+      q[r] -= a[c][r] * fx[c];
     }
   }
-  store_quads(q, &batch.momentum[b][0], 4);
-  if constexpr (!split)
-    for (int c = 0; c < 3; ++c) store_quads(a[c], &batch.momentum[b][1 + c], 4);
-  if constexpr (form == GradientForm::bspline) {
-    for (int c = 0; c < 3; ++c) store_quads(f[c], &batch.impulse[b][c], 4);
-  } else if constexpr (split) {
-    store_quads(fq, &batch.impulse[b][0], 4);
-    for (int c = 0; c < 3; ++c) store_quads(f[c], &batch.impulse[b][1 + c], 4);
+  if constexpr (split && form == GradientForm::mls) {
+    store_octs(q, fq, &batch.momentum[b][0][0], 8);
+    for (int c = 0; c < 3; ++c) store_octs(a[c], f[c], &batch.momentum[b][1 + c][0], 8);
+  } else {
+    store_quads(q, &batch.momentum[b][0][0], 4 * n_quads);
+    for (int c = 0; c < 3; ++c) store_quads(a[c], &batch.momentum[b][1 + c][0], 4 * n_quads);
   }
+  if constexpr (form == GradientForm::bspline)
+    for (int c = 0; c < 3; ++c) store_quads(f[c], &batch.impulse[b][c], 4);
 }
 
-inline void add_rounded(Node& node, Quad contribution, Quad constant) {
-  const Quad sum = load_quad(node) + rounded(contribution, constant);
-  std::memcpy(node.c, &sum, sizeof sum);
+template <class Vector, class NodeType>
+inline void add_rounded(NodeType& node, Vector contribution, Vector constant) {
+  store_vector(node, load_vector<Vector>(node) + rounded(contribution, constant));
 }
 
-template <SplineOrder order, GradientForm form, bool split>
-void scatter(const Arguments& arg, LocalIndex cell, int b, const Batch<order>& batch) {
+// Numbers of a node, as many as a vector holds: of a NodePair the momentum's or both halves.
+template <class Vector, class NodeType>
+Vector rounding_constants(const Arguments<NodeType>& arg) {
+  const Quad both[2] = {arg.pool_constant, arg.impulse_constant};
+  return load_vector<Vector>(both);
+}
+
+template <SplineOrder order, GradientForm form, class NodeType>
+void scatter(const Arguments<NodeType>& arg, LocalIndex cell, int b, const Batch<order, NodeType>& batch) {
   constexpr int s = stencil_width(order);
-  constexpr bool mls = form == GradientForm::mls;
-  const StencilRows<order, Node> pool(arg.row_offsets, cell, arg.pool);
-  const Quad* const m = batch.momentum[b];
+  constexpr bool mls = form == GradientForm::mls, split = Batch<order, NodeType>::n_quads == 2;
+  using Vector = std::conditional_t<mls, typename VectorOf<NodeType>::type, Quad>;
+  const StencilRows<order, NodeType> pool(arg.row_offsets, cell, arg.pool);
+  const Vector constant = rounding_constants<Vector>(arg);
+  const auto momentum = [&](int c) { return load_vector<Vector>(batch.momentum[b][c]); };
   const Quad* const f = batch.impulse[b];
-  Quad qi = m[0], fi{};
-  if constexpr (mls && split) fi = f[0];
+  Vector qi = momentum(0);
 #pragma GCC unroll 4
   for (int i = 0; i < s; ++i) {
-    Quad qj = qi, fj = fi;
+    Vector qj = qi;
 #pragma GCC unroll 4
     for (int j = 0; j < s; ++j) {
       const double w = batch.wxy[i * s + j][b];
-      Node* const to = pool(i, j);
-      Node* const to_impulse = shifted(to, arg.impulse_offset);
-      Quad q = w * qj, qz{};  // of momentum and mass: w_x w_y of node (i, j, 0), and its increment along z
-      Quad g{}, gz{};         // of the impulse: the same, or the parts of grad w that w_z and d_z multiply
-      if constexpr (!split) qz = w * m[3];
+      NodeType* const to = pool(i, j);
+      Vector q = w * qj;  // w_x w_y of node (i, j, 0), and its increment along z
+      const Vector qz = w * momentum(3);
+      Quad g{}, gz{};  // B-spline: the parts of grad w that w_z and d_z multiply
       if constexpr (!mls) {
         g = batch.dxy[0][i * s + j][b] * f[0] + batch.dxy[1][i * s + j][b] * f[1];
         gz = w * f[2];
-      } else if constexpr (split) {
-        g = w * fj;
-        gz = w * f[3];
       }
 #pragma GCC unroll 4
       for (int k = 0; k < s; ++k) {
         const double wz = batch.wz[k][b];
-        if constexpr (split) {
-          add_rounded(to[k], wz * q, arg.pool_constant);
-          add_rounded(to_impulse[k], mls ? wz * g : wz * g + batch.dz[k][b] * gz, arg.impulse_constant);
-          if constexpr (mls) g += gz;
+        if constexpr (mls) {
+          add_rounded(to[k], wz * q, constant);
+        } else if constexpr (split) {
+          add_rounded(to[k].motion, wz * q, constant);
+          add_rounded(to[k].change, wz * g + batch.dz[k][b] * gz, arg.impulse_constant);
         } else {
-          add_rounded(to[k], mls ? wz * q : wz * q + (wz * g + batch.dz[k][b] * gz), arg.pool_constant);
-          q += qz;
+          add_rounded(to[k], wz * q + (wz * g + batch.dz[k][b] * gz), constant);
         }
+        q += qz;
       }
-      if constexpr (!split) qj += m[2];
-      if constexpr (mls && split) fj += f[2];
+      qj += momentum(2);
     }
-    if constexpr (!split) qi += m[1];
-    if constexpr (mls && split) fi += f[1];
+    qi += momentum(1);
   }
 }
 
 // Flattened: every call below is inlined here.
-template <SplineOrder order, GradientForm form, bool split>
-[[gnu::flatten]] void run(const Arguments& arguments) {
-  const Arguments arg = arguments;  // its own copy, which no store to a node can be suspected to change
-  Batch<order> batch;
+template <SplineOrder order, GradientForm form, class NodeType>
+[[gnu::flatten]] void run(const Arguments<NodeType>& arguments) {
+  const Arguments<NodeType> arg = arguments;  // its own copy, which no store to a node can be suspected to change
+  Batch<order, NodeType> batch;
   const LocalIndex n = arg.n_particles;
   for (LocalIndex first = 0; first < n; first += batch_size) {
     const int size = static_cast<int>(std::min<LocalIndex>(batch_size, n - first));
@@ -179,9 +185,38 @@ template <SplineOrder order, GradientForm form, bool split>
     arg.kirchhoff_stress.prefetch(ahead);
     arg.mass.prefetch(ahead);
     arg.reference_volume.prefetch(ahead);
-    for (int b = 0; b < size; b += n_lanes) prepare<order, form, split>(arg, first + b, b, batch);
-    for (int b = 0; b < size; ++b) scatter<order, form, split>(arg, arg.cell[first + b], b, batch);
+    for (int b = 0; b < size; b += n_lanes) prepare<order, form>(arg, first + b, b, batch);
+    for (int b = 0; b < size; ++b) scatter<order, form>(arg, arg.cell[first + b], b, batch);
   }
+}
+
+template <class NodeType>
+void run_all(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout,
+             const ParticleSet& particles, const CellMap& map, const SumBounds& sums, double dt, NodeType* pool) {
+  const double m = rounding_constant(sums.mass), q = rounding_constant(sums.momentum), f = rounding_constant(sums.impulse);
+  const Arguments<NodeType> arg{CellFrame(grid),
+                                grid.cell_size,
+                                transfer.affine(),
+                                layout.row_offsets().data(),
+                                map.cell.data(),
+                                {particles, Field::position},
+                                {particles, Field::velocity},
+                                {particles, Field::affine_velocity},
+                                {particles, Field::kirchhoff_stress},
+                                {particles, Field::mass},
+                                {particles, Field::reference_volume},
+                                particles.size(),
+                                dt,
+                                Quad{q, q, q, m},
+                                Quad{f, f, f, f},
+                                pool};
+  std::fill_n(pool, layout.n_nodes(), NodeType{});
+  with_order(grid.order, [&](auto order) {
+    if (transfer.gradient == GradientForm::mls)
+      run<order(), GradientForm::mls>(arg);
+    else
+      run<order(), GradientForm::bspline>(arg);
+  });
 }
 
 }  // namespace
@@ -200,34 +235,13 @@ SumBounds sum_bounds(const GridGeometry& grid, const TransferSettings& transfer,
 }
 
 void p2g(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const ParticleSet& particles,
-         const CellMap& map, const SumBounds& sums, double dt, Node* pool, Node* impulse) {
-  const bool split = impulse != nullptr;
-  const double m = rounding_constant(sums.mass), q = rounding_constant(sums.momentum), f = rounding_constant(sums.impulse);
-  const Arguments arg{CellFrame(grid),
-                      grid.cell_size,
-                      transfer.affine(),
-                      layout.row_offsets().data(),
-                      map.cell.data(),
-                      {particles, Field::position},
-                      {particles, Field::velocity},
-                      {particles, Field::affine_velocity},
-                      {particles, Field::kirchhoff_stress},
-                      {particles, Field::mass},
-                      {particles, Field::reference_volume},
-                      particles.size(),
-                      dt,
-                      Quad{q, q, q, m},
-                      Quad{f, f, f, m},
-                      pool,
-                      split ? offset_between(pool, impulse) : 0};
-  std::fill_n(pool, layout.n_nodes(), Node{});
-  if (split) std::fill_n(impulse, layout.n_nodes(), Node{});
-  with_order(grid.order, [&](auto order) {
-    if (transfer.gradient == GradientForm::mls)
-      split ? run<order(), GradientForm::mls, true>(arg) : run<order(), GradientForm::mls, false>(arg);
-    else
-      split ? run<order(), GradientForm::bspline, true>(arg) : run<order(), GradientForm::bspline, false>(arg);
-  });
+         const CellMap& map, const SumBounds& sums, double dt, Node* pool) {
+  run_all(grid, transfer, layout, particles, map, sums, dt, pool);
+}
+
+void p2g(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const ParticleSet& particles,
+         const CellMap& map, const SumBounds& sums, double dt, NodePair* pool) {
+  run_all(grid, transfer, layout, particles, map, sums, dt, pool);
 }
 
 }  // namespace bulkley

@@ -20,12 +20,14 @@ SumBounds sum_bounds(const GridGeometry& grid, const TransferSettings& transfer,
                      bool splits);
 
 /// Sums mass and momentum of all particles into `pool` (zeroed here; layout.n_nodes() nodes):
-///   m_i = sum w m_p (T4),  (m v)_i = sum w m_p (v_p + C_p (x_i - x_p)) (T5), C_p only for APIC,
-/// and the impulse dt f_i of the internal forces ((T11) or (T12), as `transfer` says): into `pool` too where `impulse` is null,
-/// else into `impulse` (same size), for schemes that need the velocity before the forces. `sums` must be of the same choice.
+///   m_i = sum w m_p (T4),  (m v)_i = sum w m_p (v_p + C_p (x_i - x_p)) (T5), C_p only where the transfer is affine,
+/// and the impulse dt f_i of the internal forces ((T11) or (T12), as `transfer` says): added to the momentum of a Node, apart from
+/// it in a NodePair, for schemes that need the velocity before the forces. `sums` must be of the same choice.
 /// Reads position, velocity, affine_velocity, kirchhoff_stress, mass, reference_volume. Every contribution is rounded for
 /// order-free sums. Not collective.
 void p2g(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const ParticleSet& particles,
-         const CellMap& map, const SumBounds& sums, double dt, Node* pool, Node* impulse);
+         const CellMap& map, const SumBounds& sums, double dt, Node* pool);
+void p2g(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const ParticleSet& particles,
+         const CellMap& map, const SumBounds& sums, double dt, NodePair* pool);
 
 }  // namespace bulkley

@@ -2,10 +2,11 @@
 // Which particle-grid transfer the run uses.
 
 #include "grid/grid_geometry.hpp"
+#include "kernel/step_bounds.hpp"
 
 namespace bulkley {
 
-enum class TransferScheme { pic, flip, blend, apic };
+enum class TransferScheme { pic, flip, blend, apic, moment_flip };
 
 /// How the velocity gradient and the internal forces are formed (docs/theory.md, "Forces"); the two always match.
 enum class GradientForm {
@@ -17,19 +18,32 @@ struct TransferSettings {
   TransferScheme scheme = TransferScheme::apic;
   SplineOrder order = SplineOrder::quadratic;
   GradientForm gradient = GradientForm::mls;
-  double flip_ratio = 0.95;     ///< alpha of the blend: v_p = (1 - alpha) v_pic + alpha v_flip
-  double affine_damping = 0.0;  ///< zeta in [0, 1]: C <- (1 - zeta) C + zeta skew(C); APIC only
+  double flip_ratio = 0.95;        ///< alpha of the blend: v_p = (1 - alpha) v_pic + alpha v_flip
+  double damping_time = 0.0;       ///< s; the residual decays in it (blend, moment_flip). 0: by flip_ratio; by the two below
+  double damping_strain = 1.0;     ///< moment_flip: strain of the fastest deforming particle in which the residual decays
+  double damping_distance = 10.0;  ///< moment_flip: cells that a shear wave crosses while the residual decays
+  double affine_damping = 0.0;     ///< zeta in [0, 1]: C <- (1 - zeta) C + zeta skew(C); APIC only
 
-  /// alpha in effect: 0 for PIC and APIC, 1 for FLIP.
-  double flip_fraction() const {
-    if (scheme == TransferScheme::flip) return 1.0;
-    return scheme == TransferScheme::blend ? flip_ratio : 0.0;
+  /// Whether particles keep a part of what the grid does not see of their motion. That needs the change of the nodes' velocities.
+  bool keeps_residual() const {
+    return scheme == TransferScheme::flip || scheme == TransferScheme::moment_flip ||
+           (scheme == TransferScheme::blend && (flip_ratio > 0.0 || damping_time > 0.0));
   }
-  /// Exchanges of nodes in a step: one of momenta; a FLIP part needs the changes of velocity, too.
-  int n_exchanges() const { return flip_fraction() > 0.0 ? 2 : 1; }
-  bool affine() const { return scheme == TransferScheme::apic; }
+  /// The rate at which the residual decays, 1/s: 1 / damping_time; or, of moment_flip, the largest ||L_p|| over damping_strain
+  /// and the rate at which shear waves and viscosity cross a cell over damping_distance. `shear_wave_speed`: the largest of
+  /// the materials at rest, m/s. The same on every rank, for `motion` is. Not collective.
+  double decay_rate(double cell_size, const MotionBounds& motion, double shear_wave_speed) const;
+  /// The part of the residual that is kept over a step of dt (s) when it decays at `rate` (1/s): 0 for PIC and APIC, 1 for
+  /// FLIP, flip_ratio of a blend without a damping time. Not collective.
+  double kept_share(double dt, double rate) const;
+  /// Exchanges of nodes in a step: one of momenta; a residual needs the changes of velocity, too.
+  int n_exchanges() const { return keeps_residual() ? 2 : 1; }
+  bool affine() const { return scheme == TransferScheme::apic || scheme == TransferScheme::moment_flip; }
   /// L_p cannot be read off the stored affine matrix.
-  bool needs_velocity_gradient() const { return gradient == GradientForm::bspline || (affine() && affine_damping > 0.0); }
+  bool needs_velocity_gradient() const {
+    return gradient == GradientForm::bspline || scheme == TransferScheme::moment_flip ||
+           (scheme == TransferScheme::apic && affine_damping > 0.0);
+  }
 };
 
 }  // namespace bulkley

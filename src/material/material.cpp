@@ -1,5 +1,8 @@
 #include "material/material.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 #include "material/law_text.hpp"
 
 namespace bulkley {
@@ -19,6 +22,19 @@ std::optional<CharacteristicStress> characteristic_stress(const Material& materi
           return law.characteristic_stress(rate);
         else
           return std::nullopt;
+      },
+      material);
+}
+
+double shear_wave_speed_at_rest(const Material& material) {
+  constexpr double strain = 1e-4;
+  const SymTensor<double> simple_shear{{1.0 + strain * strain, 1.0, 1.0, strain, 0.0, 0.0}};
+  return std::visit(
+      [&simple_shear](const auto& law) {
+        auto state = state_at_rest(law);
+        state.left_cauchy_green = simple_shear;
+        const double modulus = law.kirchhoff_stress(state)(0, 1) / strain;
+        return std::sqrt(std::max(modulus, 0.0) / law.density());
       },
       material);
 }

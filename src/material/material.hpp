@@ -42,6 +42,9 @@ std::optional<CharacteristicStress> characteristic_stress(const Material& materi
 /// The name of a material's law in scenes. Not collective.
 const char* law_name(const Material& material);
 
+/// Speed of a shear wave in the material at rest, m/s; 0 where it holds no shear stress. Not collective.
+double shear_wave_speed_at_rest(const Material& material);
+
 /// Whether a material deforms irreversibly, as fluids do. Not collective.
 bool flows(const Material& material);
 

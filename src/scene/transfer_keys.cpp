@@ -6,7 +6,8 @@ config::Names<TransferScheme> names(config::Of<TransferScheme>) {
   return {{"pic", TransferScheme::pic},
           {"flip", TransferScheme::flip},
           {"blend", TransferScheme::blend},
-          {"apic", TransferScheme::apic}};
+          {"apic", TransferScheme::apic},
+          {"moment_flip", TransferScheme::moment_flip}};
 }
 
 config::Names<SplineOrder> names(config::Of<SplineOrder>) {
@@ -21,15 +22,38 @@ const config::Keys<TransferSettings>& keys(config::Of<TransferSettings>) {
   using S = TransferSettings;
   static const auto table =
       config::Keys<S>("How momentum is transferred between particles and grid.")
-          .key("scheme", &S::scheme,
-               {.about = "PIC damps, FLIP keeps all noise, blend mixes the two, APIC conserves angular momentum."})
+          .key(
+              "scheme", &S::scheme,
+              {.about = "PIC damps, FLIP keeps all noise, blend mixes the two, APIC conserves angular momentum; moment_flip "
+                        "conserves it too, and damps at a rate, whatever the step."})
           .key("order", &S::order, {.about = "Degree of the B-spline weights."})
           .key("gradient", &S::gradient,
                {.about =
                     "Form of the velocity gradient and of the internal forces: by moving least squares, or by the gradients "
                     "of the weights."})
-          .key("flip_ratio", &S::flip_ratio, {.about = "Weight of FLIP in the blend.", .range = config::between(0.0, 1.0)})
-          .only_with("scheme = \"blend\"", [](const S& s) { return s.scheme == TransferScheme::blend; })
+          .key("flip_ratio", &S::flip_ratio,
+               {.about = "Weight of FLIP in the blend, per step.", .range = config::between(0.0, 1.0)})
+          .only_with("scheme = \"blend\", damping_time = 0",
+                     [](const S& s) { return s.scheme == TransferScheme::blend && s.damping_time == 0.0; })
+          .key("damping_time", &S::damping_time,
+               {.about = "Time in which the part of the particles' motion that the grid does not see decays to 1/e. 0: for "
+                         "the blend as `flip_ratio` says, for moment_flip as the two keys below say.",
+                .unit = "s",
+                .range = config::at_least(0.0)})
+          .only_with("scheme = \"blend\" or \"moment_flip\"",
+                     [](const S& s) { return s.scheme == TransferScheme::blend || s.scheme == TransferScheme::moment_flip; })
+          .key("damping_strain", &S::damping_strain,
+               {.about = "Strain of the fastest deforming particle in which that part decays to 1/e. Above 1 the fastest "
+                         "deformation may amplify it faster than it decays.",
+                .range = config::above_to(0.0, 10.0)})
+          .only_with("scheme = \"moment_flip\", damping_time = 0",
+                     [](const S& s) { return s.scheme == TransferScheme::moment_flip && s.damping_time == 0.0; })
+          .key("damping_distance", &S::damping_distance,
+               {.about = "Cells that a shear wave, or viscous diffusion, crosses in the time in which it decays to 1/e "
+                         "where nothing deforms.",
+                .range = config::at_least(1.0)})
+          .only_with("scheme = \"moment_flip\", damping_time = 0",
+                     [](const S& s) { return s.scheme == TransferScheme::moment_flip && s.damping_time == 0.0; })
           .key("affine_damping", &S::affine_damping,
                {.about =
                     "Fraction of the symmetric part of the affine matrix that each step removes; 1 keeps the rotation only.",

@@ -74,7 +74,7 @@ std::vector<double> memory_estimates(const Scene& scene, const Partition& partit
   const ParticleSet sample(optional_fields(scene));
   // Particles, one column of scratch for sorting, cell and order of each.
   const double per_particle = static_cast<double>(sample.bytes_per_particle()) + 8.0 + 2.0 * sizeof(LocalIndex);
-  const double vectors = scene.transfer.flip_fraction() > 0.0 ? 2.0 : 1.0;
+  const double vectors = scene.transfer.n_exchanges();
   const double footprint = std::pow(footprint_width(scene.grid.order), 2);
   const auto tables = static_cast<double>(partition.map.memory());
   std::vector<double> bytes;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <functional>
 #include <limits>
 #include <numeric>
@@ -216,6 +217,42 @@ TEST_F(ExchangeTest, CountsWhatGoesToOthers) {
     };
     expect(to_owner, exchange.sent_by_add());
     expect(to_sharer, exchange.sent_by_get());
+  });
+}
+
+TEST_F(ExchangeTest, PairsGoTheWaysOfTheirHalves) {
+  for_each_setting([&](const Setting& setting) {
+    const PoolLayout& layout = setting.layouts[comm.rank()];
+    Exchange exchange(comm, setting.geometry, setting.partition.map, layout);
+    std::vector<NodePair> pairs(layout.n_nodes());
+    std::vector<Node> motion(layout.n_nodes()), change(layout.n_nodes());
+    for (const NodeRow& row : layout.rows())
+      for (int n = 0; n < row.count; ++n) {
+        const bool inside = setting.dense(row.i, row.j, row.k + n) >= 0;
+        for (int c = 0; c < 4; ++c) {
+          motion[row.offset + n].c[c] = inside ? contribution(comm.rank(), row, n, c) : nan;
+          change[row.offset + n].c[c] = inside ? -contribution(comm.rank() + 3, row, n, 3 - c) : nan;
+        }
+        pairs[row.offset + n] = {motion[row.offset + n], change[row.offset + n]};
+      }
+    const Node unset{{1.0, 2.0, 3.0, 4.0}};
+    std::vector<Node> sums[2], expected[2];
+    for (int half = 0; half < 2; ++half) sums[half] = expected[half] = std::vector<Node>(exchange.n_owned(), unset);
+    exchange.add(motion.data(), expected[0].data());
+    exchange.add(change.data(), expected[1].data());
+    exchange.add(pairs.data(), sums[0].data(), sums[1].data());
+    int n_wrong = 0;
+    for (int half = 0; half < 2; ++half)
+      n_wrong += std::memcmp(sums[half].data(), expected[half].data(), sums[half].size() * sizeof(Node)) != 0;
+    EXPECT_EQ(n_wrong, 0);
+
+    exchange.get(sums[0].data(), motion.data());
+    exchange.get(sums[1].data(), change.data());
+    exchange.get(sums[0].data(), sums[1].data(), pairs.data());
+    for (std::size_t n = 0; n < pairs.size(); ++n)
+      n_wrong += std::memcmp(&pairs[n].motion, &motion[n], sizeof(Node)) != 0 ||
+                 std::memcmp(&pairs[n].change, &change[n], sizeof(Node)) != 0;
+    EXPECT_EQ(n_wrong, 0);
   });
 }
 

@@ -75,7 +75,7 @@ class SolverReferenceTest : public testing::Test {
       // Both draw the line of empty nodes at the same mass.
       reference.empty_node = 0x1p-48 *
                              sum_bounds(scene.physics.grid, scene.physics.transfer, solver->bounds(), dt,
-                                        scene.physics.transfer.flip_fraction() > 0.0)
+                                        scene.physics.transfer.keeps_residual())
                                  .mass /
                              largest_mass;
       const StepReport report = solver->step({0.0, 1.0}, state);

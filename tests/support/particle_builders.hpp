@@ -14,15 +14,19 @@ namespace bulkley {
 /// All combinations of scheme, spline order and gradient form.
 inline std::vector<TransferSettings> all_transfers() {
   std::vector<TransferSettings> result;
-  for (const auto scheme : {TransferScheme::pic, TransferScheme::flip, TransferScheme::blend, TransferScheme::apic})
+  for (const auto scheme :
+       {TransferScheme::pic, TransferScheme::flip, TransferScheme::blend, TransferScheme::apic, TransferScheme::moment_flip})
     for (const auto order : {SplineOrder::quadratic, SplineOrder::cubic})
       for (const auto gradient : {GradientForm::mls, GradientForm::bspline})
-        result.push_back({.scheme = scheme, .order = order, .gradient = gradient});
+        result.push_back({.scheme = scheme,
+                          .order = order,
+                          .gradient = gradient,
+                          .damping_time = scheme == TransferScheme::moment_flip ? 0.01 : 0.0});
   return result;
 }
 
 inline std::string describe(const TransferSettings& t) {
-  const char* const schemes[] = {"pic", "flip", "blend", "apic"};
+  const char* const schemes[] = {"pic", "flip", "blend", "apic", "moment_flip"};
   return std::string(schemes[static_cast<int>(t.scheme)]) + (t.order == SplineOrder::cubic ? " cubic" : " quadratic") +
          (t.gradient == GradientForm::mls ? " mls" : " bspline");
 }

@@ -120,7 +120,7 @@ class ReferenceMpm {
   void step(double dt) {
     p2g();
     grid_update(dt);
-    g2p();
+    g2p(dt);
     for (ReferenceParticle& p : particles) advance_state(scene_.materials.at(static_cast<std::size_t>(p.material)), dt, p);
     advect(dt);
   }
@@ -192,27 +192,43 @@ class ReferenceMpm {
   }
 
   /// Velocities, C and L; positions stay, but what they will advance with is kept in `v_pic`.
-  void g2p() {
+  void g2p(double dt) {
     v_pic.clear();
     for (ReferenceParticle& p : particles) {
       Vec3 pic = Vec3::Zero(), change = Vec3::Zero();
-      Mat3 B = Mat3::Zero(), gradient = Mat3::Zero();
+      Mat3 B = Mat3::Zero(), B_of_change = Mat3::Zero(), gradient = Mat3::Zero();
       for (const Entry& e : stencil(p.x)) {
         const ReferenceNode& node = nodes[e.node];
         pic += e.w * node.v;
         change += e.w * (node.v - node.v_old);
         B += e.w * node.v * e.offset.transpose();
+        B_of_change += e.w * (node.v - node.v_old) * e.offset.transpose();
         gradient += node.v * e.gradient.transpose();
       }
-      const double alpha = scene_.transfer.flip_fraction();
-      const double zeta = scene_.transfer.affine() ? scene_.transfer.affine_damping : 0.0;
+      const TransferSettings& t = scene_.transfer;
+      const double alpha = t.damping_time > 0.0                ? std::exp(-dt / t.damping_time)
+                           : t.scheme == TransferScheme::flip  ? 1.0
+                           : t.scheme == TransferScheme::blend ? t.flip_ratio
+                                                               : 0.0;
+      const double zeta = t.scheme == TransferScheme::apic ? t.affine_damping : 0.0;
       const Mat3 C = B / second_moment();
-      p.v = (1.0 - alpha) * pic + alpha * (p.v + change);
+      const Vec3 residual = p.v - (pic - change);
+      p.v = pic + alpha * residual;
       p.L = bspline() ? gradient : C;
-      p.C = (1.0 - zeta) * C + 0.5 * zeta * (C - C.transpose());
+      if (t.scheme == TransferScheme::moment_flip) {
+        const Mat3 L0 = (B - B_of_change) / second_moment(), W0 = skew(L0), R = p.C - L0;
+        p.C = C + alpha * R +
+              dt * (-W0 * W0 - alpha * sym(R * W0) + alpha * skew(R * L0.transpose()) -
+                    alpha / second_moment() * skew(residual * change.transpose()));
+      } else {
+        p.C = (1.0 - zeta) * C + 0.5 * zeta * (C - C.transpose());
+      }
       v_pic.push_back(pic);
     }
   }
+
+  static Mat3 sym(const Mat3& A) { return 0.5 * (A + A.transpose()); }
+  static Mat3 skew(const Mat3& A) { return 0.5 * (A - A.transpose()); }
 
   /// x += dt v_pic, then the faces: periodic ones wrap, walls put a particle back onto their plane, outflows remove it.
   void advect(double dt) {

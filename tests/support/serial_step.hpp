@@ -101,8 +101,11 @@ class SerialStep {
   }
 
   void particles_to_nodes(double dt) {
-    sums = sum_bounds(scene.grid, scene.transfer, bounds, dt, scene.transfer.flip_fraction() > 0.0);
-    p2g(scene.grid, scene.transfer, layout, particles, map, sums, dt, nodes.data(), split() ? impulse.data() : nullptr);
+    sums = sum_bounds(scene.grid, scene.transfer, bounds, dt, scene.transfer.keeps_residual());
+    if (!split()) return p2g(scene.grid, scene.transfer, layout, particles, map, sums, dt, nodes.data());
+    std::vector<NodePair> pairs(nodes.size());
+    p2g(scene.grid, scene.transfer, layout, particles, map, sums, dt, pairs.data());
+    for (std::size_t n = 0; n < pairs.size(); ++n) nodes[n] = pairs[n].motion, impulse[n] = pairs[n].change;
   }
 
   void update_nodes(double dt) {
@@ -117,7 +120,7 @@ class SerialStep {
 
   void nodes_to_particles(double dt) {
     bounds = StepBounds{};
-    g2p(scene.grid, scene.transfer, layout, map, dt, nodes.data(), split() ? impulse.data() : nullptr, particles, bounds);
+    gather(dt);
     const Field gradient = scene.transfer.needs_velocity_gradient() ? Field::velocity_gradient : Field::affine_velocity;
     for (std::size_t m = 0; m < scene.materials.size(); ++m)
       stress_update(scene.materials[m].material, static_cast<std::uint8_t>(m), gradient, dt, particles, bounds);
@@ -127,11 +130,21 @@ class SerialStep {
     find_cells();
   }
 
+  /// The kernel g2p on a block.
+  void gather(double dt, ParticleBlock block = {}) {
+    if (!split()) return g2p(scene.grid, scene.transfer, layout, map, dt, nodes.data(), particles, bounds, block);
+    std::vector<NodePair> pairs;
+    for (std::size_t n = 0; n < nodes.size(); ++n) pairs.push_back({nodes[n], impulse[n]});
+    const double rate = scene.transfer.damping_time > 0.0 ? 1.0 / scene.transfer.damping_time : 0.0;
+    g2p(scene.grid, scene.transfer, layout, map, dt, scene.transfer.kept_share(dt, rate), pairs.data(), particles, bounds,
+        block);
+  }
+
   Vec3 node_position(std::size_t n) const {
     return {scene.grid.node_coordinate(0, indices[n][0]), scene.grid.node_coordinate(1, indices[n][1]),
             scene.grid.node_coordinate(2, indices[n][2])};
   }
-  bool split() const { return scene.transfer.flip_fraction() > 0.0; }
+  bool split() const { return scene.transfer.keeps_residual(); }
   /// D_p = second moment of the weights, m^2.
   double second_moment() const {
     return scene.grid.cell_size * scene.grid.cell_size / inverse_second_moment(scene.grid.order);

@@ -150,7 +150,8 @@ inline std::vector<TransferSettings> some_transfers() {
            .gradient = GradientForm::bspline,
            .affine_damping = 0.1},
           {.scheme = TransferScheme::blend, .order = SplineOrder::quadratic, .gradient = GradientForm::bspline},
-          {.scheme = TransferScheme::flip, .order = SplineOrder::cubic, .gradient = GradientForm::mls}};
+          {.scheme = TransferScheme::flip, .order = SplineOrder::cubic, .gradient = GradientForm::mls},
+          {.scheme = TransferScheme::moment_flip, .damping_time = 0.01}};
 }
 
 /// A partition of the scene's grid by its particles; where there are no boxes, `hilbert` takes the place of methods that

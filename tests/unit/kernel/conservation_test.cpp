@@ -164,7 +164,9 @@ TEST(Conservation, C6ApicKeepsAngularMomentumInEveryStepAndOverTenThousand) {
       largest_change = std::max(largest_change, (after.angular - before.angular).norm());
       before = after;
     }
-    EXPECT_LE(largest_change, 1e-12 * start.angular_scale);
+    // Rounding: moment_flip also works with differences of velocities before and after forces, large on nodes of little mass.
+    const double tolerance = transfer.scheme == TransferScheme::moment_flip ? 2e-12 : 1e-12;
+    EXPECT_LE(largest_change, tolerance * start.angular_scale);
     EXPECT_LE((before.angular - start.angular).norm(), 1e-10 * start.angular_scale);
     EXPECT_LE((before.momentum - start.momentum).norm(), 1e-10 * start.momentum_scale);
     EXPECT_GT(run.bounds.motion.velocity_gradient.value, 1.0) << "it should still spin";
@@ -293,9 +295,11 @@ TEST(Conservation, C11AffineFieldsAreReproduced) {
         EXPECT_LE((xyz(run.nodes[n]) - A * run.node_position(n) - offset).norm(), of_velocity);
       }
     run.nodes_to_particles(dt);
+    const Mat3 W = 0.5 * (A - A.transpose());  // moment_flip moves the gradient on with the rotation: dC/dt = -W W
+    const Mat3 expected = run.scene.transfer.scheme == TransferScheme::moment_flip ? Mat3(A - dt * W * W) : A;
     for (LocalIndex p = 0; p < run.particles.size(); ++p) {
       EXPECT_LE((run.particles.vector(Field::velocity, p) - velocity[static_cast<std::size_t>(p)]).norm(), of_velocity);
-      EXPECT_LE((tensor(run.particles, Field::affine_velocity, p) - A).norm(), of_gradient);
+      EXPECT_LE((tensor(run.particles, Field::affine_velocity, p) - expected).norm(), of_gradient);
     }
   });
 }

@@ -20,7 +20,7 @@ ReferenceMpm reference_of(const SerialStep& run) {
   scene.faces = run.scene.faces;
   scene.materials = {{1e5, 3e4, false, 0.0, 0.0, 1.0}, {1e5, 3e4, true, 400.0, 50.0, 0.4}};
   ReferenceMpm reference(scene, reference_particles(run.particles));
-  const SumBounds sums = sum_bounds(scene.grid, scene.transfer, run.bounds, 0.0, scene.transfer.flip_fraction() > 0.0);
+  const SumBounds sums = sum_bounds(scene.grid, scene.transfer, run.bounds, 0.0, scene.transfer.keeps_residual());
   reference.empty_node = SerialStep::empty_mass * sums.mass / run.bounds.sums.mass;
   return reference;
 }
@@ -292,11 +292,11 @@ TEST(Transfer, BlocksTogetherTakeTheStepOfTheWhole) {
     }
     whole.nodes_to_particles(1e-3);
     const Field gradient = transfer.needs_velocity_gradient() ? Field::velocity_gradient : Field::affine_velocity;
-    StepBounds bounds;
+    parts.bounds = StepBounds{};
+    StepBounds& bounds = parts.bounds;
     for (LocalIndex begin = 0; begin < parts.particles.size(); begin += 2 * ParticleSet::padding) {
       const ParticleBlock block{begin, begin + 2 * ParticleSet::padding};
-      g2p(scene.grid, transfer, parts.layout, parts.map, 1e-3, parts.nodes.data(), parts.impulse.data(), parts.particles,
-          bounds, block);
+      parts.gather(1e-3, block);
       for (std::size_t m = 0; m < scene.materials.size(); ++m)
         stress_update(scene.materials[m].material, static_cast<std::uint8_t>(m), gradient, 1e-3, parts.particles, bounds,
                       block);

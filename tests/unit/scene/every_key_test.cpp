@@ -180,8 +180,10 @@ Value marked_scene(const Key& key) {
   const std::string prefix = table.empty() ? "" : table + ".";
   // What else the table needs for the key to count, and what would contradict it.
   if (!key.condition.empty() && !key.condition.starts_with("no ")) {
-    const std::size_t equals = key.condition.find(" = ");
-    config::apply_override(root, prefix + key.condition.substr(0, equals) + "=" + key.condition.substr(equals + 3), faults);
+    // `scheme = "a" or "b", time = 0`: several settings, the first of several values
+    const std::regex setting("(\\w+) = ([^,` ]+)");
+    for (std::sregex_iterator at(key.condition.begin(), key.condition.end(), setting), end; at != end; ++at)
+      config::apply_override(root, prefix + at->str(1) + "=" + at->str(2), faults);
     if (key.condition == "mode = \"fixed\"" && key.name != "dt" && key.name != "step")
       config::apply_override(root, prefix + "dt=0.1", faults);
   }
