@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "config/duration.hpp"
 #include "program/check_meshes.hpp"
@@ -24,6 +25,22 @@ void print_colliders(const Scene& scene) {
     fmt::print("collider   {}: {}, {}{}\n", collider.name, name(collider.contact),
                is_finite ? fmt::format("{:.4g} x {:.4g} x {:.4g} m", size[0], size[1], size[2]) : std::string("endless"),
                collider.motion.moves() ? fmt::format(", moves at up to {:.4g} m/s", fastest) : std::string());
+  }
+}
+
+void print_measurements(const Scene& scene) {
+  for (const Front& front : scene.output.fronts)
+    fmt::print("front      {}: {}{}\n", front.name,
+               front.quantile == 1.0 ? std::string("the farthest particle")
+                                     : fmt::format("{:g} % of the mass", 100.0 * front.quantile),
+               front.material ? fmt::format(" of {}", *front.material) : std::string());
+  for (const Gauge& gauge : scene.output.gauges) {
+    const double area = gauge_area(scene.grid, gauge, scene.colliders);
+    const std::string wall = gauge.face ? face_names[static_cast<std::size_t>(*gauge.face)] : *gauge.collider;
+    const double n = gauge.face ? static_cast<double>(count_gauge_nodes(scene.grid, gauge))
+                                : std::ceil(area / (scene.grid.cell_size * scene.grid.cell_size));
+    fmt::print("gauge      {}: {:.4g} m^2 of {}, {}\n", gauge.name, area, wall,
+               gauge.face ? counted(n, "node") : "about " + counted(n, "cell"));
   }
 }
 
@@ -74,6 +91,7 @@ void print(const Scene& scene, const Forecast& f) {
           fluid->parameters.h);
     }
   print_colliders(scene);
+  print_measurements(scene);
   print_meshes(scene, f);
   fmt::print("\nranks      {}{}: at most {} particles a rank, imbalance {:.3f}\n", f.n_ranks, boxes_text(f.boxes),
              f.largest_share, f.imbalance);
@@ -102,6 +120,7 @@ Command add_check(CLI::App& app) {
     const Scene scene = a->scene.load(comm);
     check_bodies(scene, shared_survey(comm));
     check_colliders(scene);
+    check_gauges(scene);
     const Forecast f = forecast(comm, scene, a->n_ranks > 0 ? a->n_ranks : comm.size());
     if (comm.is_root()) print(scene, f);
     return ExitCode::finished;

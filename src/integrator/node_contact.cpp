@@ -11,12 +11,12 @@ ContactImpulses no_contact_impulses(const Physics& physics) {
   double density = 1e-300;  // a run without materials has nothing to sum
   for (const NamedMaterial& named : physics.materials)
     density = std::max(density, std::visit([](const auto& law) { return law.density(); }, named.material));
-  return {physics.colliders.size(), density * grid.cell_size * grid.cell_size * grid.cell_size,
+  return {physics.colliders.size() + n_gauge_entries(physics), density * grid.cell_size * grid.cell_size * grid.cell_size,
           (grid.upper() - grid.lower).maxCoeff()};
 }
 
 NodeContact::NodeContact(const Physics& physics)
-    : physics_(physics), none_(no_contact_impulses(physics)), impulses_(none_) {}
+    : physics_(physics), none_(no_contact_impulses(physics)), impulses_(none_), gauges_(physics) {}
 
 void NodeContact::fit(const Exchange& exchange) {
   const GridGeometry& grid = physics_.grid;
@@ -32,12 +32,19 @@ void NodeContact::fit(const Exchange& exchange) {
     image.behind = active[static_cast<std::size_t>(image.behind)];
     image.front = active[static_cast<std::size_t>(image.front)];
   }
+  gauges_.fit(constraints_, images_, nodes, active);
 }
 
 void NodeContact::apply(double time, double dt, Node* nodes, Node* change, ContactImpulses& received) {
+  gauges_.before_constraints(nodes, received);
   apply_constraints(constraints_, nodes, change, received);
-  if (moving_constraints_) apply_constraints(moving_constraints_->at(time, dt), nodes, change, received);
+  if (moving_constraints_) {
+    const std::vector<NodeConstraint>& moving = moving_constraints_->at(time, dt);
+    gauges_.before_moving(moving, time, nodes, received);
+    apply_constraints(moving, nodes, change, received);
+  }
   unfold_images(images_, nodes, change);
+  gauges_.after_unfold(nodes, change, received);
 }
 
 double NodeContact::collider_speed(double first, double last) const {
@@ -52,7 +59,7 @@ void NodeContact::set_impulses(const Comm& comm, const ContactImpulses& sums) {
 }
 
 std::size_t NodeContact::memory() const {
-  return images_.capacity() * sizeof(NodeImage) + constraints_.capacity() * sizeof(NodeConstraint) +
+  return gauges_.memory() + images_.capacity() * sizeof(NodeImage) + constraints_.capacity() * sizeof(NodeConstraint) +
          (moving_constraints_ ? moving_constraints_->memory() : 0);
 }
 

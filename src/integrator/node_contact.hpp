@@ -5,12 +5,13 @@
 #include <vector>
 
 #include "distribution/particle_grid.hpp"
+#include "integrator/gauge_contact.hpp"
 #include "integrator/physics.hpp"
 #include "kernel/grid_update.hpp"
 
 namespace bulkley {
 
-/// No sums yet, in the units of these physics.
+/// No sums yet, in the units of these physics: of the colliders, then of the gauges (n_gauge_entries).
 ContactImpulses no_contact_impulses(const Physics& physics);
 
 class NodeContact {
@@ -23,9 +24,12 @@ class NodeContact {
 
   /// {m v + dt f, m} of nodes behind walls -> their images in front. Before the node update. `impulse`: as fold_images. Not
   /// collective.
-  void fold(const GridUpdate& update, Node* nodes, Node* impulse) const { fold_images(update, images_, nodes, impulse); }
+  void fold(const GridUpdate& update, Node* nodes, Node* impulse) {
+    gauges_.before_fold(update, nodes, impulse);
+    fold_images(update, images_, nodes, impulse);
+  }
   /// Velocities -> velocities after contact in a step from `time`, and of the nodes behind walls. `change`: as
-  /// apply_constraints. Adds what the colliders receive to `received`. Not collective.
+  /// apply_constraints. Adds what colliders and gauges receive to `received`. Not collective.
   void apply(double time, double dt, Node* nodes, Node* change, ContactImpulses& received);
 
   /// Speed that no point of a collider exceeds between two times, m/s. Not collective.
@@ -49,6 +53,7 @@ class NodeContact {
   std::vector<NodeConstraint> constraints_;
   std::optional<MovingConstraints> moving_constraints_;  ///< only where a collider moves
   std::vector<NodeImage> images_;
+  GaugeContact gauges_;
 };
 
 }  // namespace bulkley

@@ -6,6 +6,7 @@
 #include "bulkley/base/types.hpp"
 #include "config/formula.hpp"
 #include "grid/boundary.hpp"
+#include "grid/gauge.hpp"
 #include "kernel/transfer.hpp"
 #include "material/material.hpp"
 #include "stepping/time_step.hpp"
@@ -21,6 +22,7 @@ struct Physics {
   Faces faces;
   std::vector<Collider> colliders;
   VectorFormula acceleration_field;  ///< m/s^2, of x, y, z, t
+  std::vector<Gauge> gauges;
 };
 
 }  // namespace bulkley

@@ -10,6 +10,9 @@ inline config::Names<FloatPrecision> names(config::Of<FloatPrecision>) {
   return {{"float32", FloatPrecision::float32}, {"float64", FloatPrecision::float64}};
 }
 
+const config::Keys<Front>& keys(config::Of<Front>);
+const config::Keys<Gauge>& keys(config::Of<Gauge>);
+
 inline const config::Keys<OutputSettings>& keys(config::Of<OutputSettings>) {
   using S = OutputSettings;
   static const auto table =
@@ -31,8 +34,11 @@ inline const config::Keys<OutputSettings>& keys(config::Of<OutputSettings>) {
           .key("grid", &S::grid,
                {.about = "Also write the grid's mass density and velocity; needs a box of tiles for each rank, as "
                          "partition.method \"ranges\" does."})
-          .key("tiles", &S::tiles,
-               {.about = "Also write the partition: rank, particles and load of each tile of the grid."});
+          .key("tiles", &S::tiles, {.about = "Also write the partition: rank, particles and load of each tile of the grid."})
+          .key("front", &S::fronts,
+               {.about = "Measured reaches of the material, columns of history.csv.", .default_text = "none"})
+          .key("gauge", &S::gauges,
+               {.about = "Measured forces on patches of walls, columns of history.csv.", .default_text = "none"});
   return table;
 }
 

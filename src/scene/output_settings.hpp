@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "bulkley/particle/particle_set.hpp"
+#include "grid/gauge.hpp"
 
 namespace bulkley {
 
@@ -17,6 +18,19 @@ std::vector<std::string> frame_field_names();
 /// The fields among them that `particles` have of their own. Not collective.
 std::vector<std::string> particle_field_names(const ParticleSet& particles);
 
+/// A measured reach of the material, table [[output.front]]: along a direction, or as the distance from an axis.
+struct Front {
+  std::string name;
+  std::optional<Vec3> direction;        ///< any length > 0
+  std::optional<Vec3> axis;             ///< of the axis, any length > 0
+  Vec3 origin = Vec3::Zero();           ///< m, where the reach is 0
+  std::optional<std::string> material;  ///< only particles of that one
+  double quantile = 1.0;                ///< part of the mass that the reach comprises
+  std::optional<Vec3> eye;              ///< m; the front is that of the shadow that a lamp there throws
+  double plane = 0.0;                   ///< m, height z of the floor under the shadow; with `eye`
+  int material_number = -1;             ///< of `material` in the scene; -1: all
+};
+
 struct OutputSettings {
   double frame_interval = 0.0;     ///< s; 0: no frames
   int history_interval = 10;       ///< steps between rows of history.csv
@@ -27,6 +41,8 @@ struct OutputSettings {
   int compression = 0;  ///< deflate level of frames, 1 to 9; 0: none
   bool grid = false;    ///< also write grid mass density and velocity
   bool tiles = false;   ///< also write rank, particles and load of each tile
+  std::vector<Front> fronts;
+  std::vector<Gauge> gauges;
 };
 
 struct CheckpointSettings {

@@ -14,6 +14,7 @@
 #include "material/material_keys.hpp"
 #include "scene/body_keys.hpp"
 #include "scene/boundary_keys.hpp"
+#include "scene/gauge_keys.hpp"
 #include "scene/grid_keys.hpp"
 #include "scene/output_keys.hpp"
 #include "scene/partition_keys.hpp"
@@ -97,6 +98,7 @@ void join_tables(const Value& root, Scene& scene, Faults& faults) {
   assign_materials(root, scene, faults);
   check_frame_count(root, scene, faults);
   choose_frame_fields(root, scene, faults);
+  join_measurements(root, scene, faults);
   for (const Value& body : root.find("bodies")->items) scene.body_places.push_back(body.place.text());
   if (const Value* colliders = root.find("colliders"))
     for (const Value& collider : colliders->items) scene.collider_places.push_back(collider.place.text());

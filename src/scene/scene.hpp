@@ -68,6 +68,13 @@ void check_bodies(const Scene& scene, const BodySurvey& survey = survey_alone())
 /// rank).
 void check_colliders(const Scene& scene);
 
+/// The patch of each gauge must hold some of its wall. Throws UsageError with one sentence per fault and line. Needs the
+/// colliders' meshes. Not collective (the same on every rank).
+void check_gauges(const Scene& scene);
+
+/// Name of a collider, front or gauge as the names of its columns in history.csv begin. Not collective.
+std::string column_prefix(const std::string& name);
+
 /// Every key by table, in the order of docs/input.md. Not collective.
 std::vector<config::TableText> input_tables();
 

@@ -61,21 +61,26 @@ std::vector<std::string> columns_of_particles() {
 
 }  // namespace
 
-std::vector<std::string> history_columns(const std::vector<Collider>& colliders) {
+std::vector<std::string> history_columns(const Scene& scene) {
   std::vector<std::string> columns = columns_of_particles();
-  for (const Collider& collider : colliders) {
-    std::string name = collider.name;
-    std::replace_if(
-        name.begin(), name.end(), [](char c) { return c == ',' || c == '"' || c == '\n' || c == '\r'; }, '_');
-    for (const char* axis : {"x", "y", "z"}) columns.push_back(fmt::format("{}.force_{} [N]", name, axis));
-    for (const char* axis : {"x", "y", "z"}) columns.push_back(fmt::format("{}.torque_{} [N m]", name, axis));
+  const auto add_vector = [&](const std::string& prefix, const char* quantity, const char* unit) {
+    for (const char* axis : {"x", "y", "z"}) columns.push_back(fmt::format("{}.{}_{} {}", prefix, quantity, axis, unit));
+  };
+  for (const Collider& collider : scene.colliders) {
+    add_vector(column_prefix(collider.name), "force", "[N]");
+    add_vector(column_prefix(collider.name), "torque", "[N m]");
+  }
+  for (const Front& front : scene.output.fronts) columns.push_back(column_prefix(front.name) + ".reach [m]");
+  for (const Gauge& gauge : scene.output.gauges) {
+    add_vector(column_prefix(gauge.name), "force", "[N]");
+    columns.push_back(column_prefix(gauge.name) + ".pressure [Pa]");
   }
   return columns;
 }
 
 std::vector<HistoryValue> history_row(const SimulationState& state, const StepReport* report, const Diagnostics& d,
-                                      const ContactForces& contact, const HaloTraffic& halo, int n_ranks,
-                                      double seconds_per_step) {
+                                      const ContactForces& contact, const Measurements& measured, const HaloTraffic& halo,
+                                      int n_ranks, double seconds_per_step) {
   const StepBounds& b = state.bounds;
   std::vector<HistoryValue> row{state.step, state.time};
   row.emplace_back(report ? report->plan.dt : 0.0);
@@ -105,9 +110,15 @@ std::vector<HistoryValue> history_row(const SimulationState& state, const StepRe
     row.emplace_back(n);
   row.emplace_back(seconds_per_step);
   const double per_second = contact.duration > 0.0 ? 1.0 / contact.duration : 0.0;
-  for (std::size_t c = 0; c < contact.impulses.n_colliders(); ++c) {
+  const std::size_t n_gauges = measured.gauge_areas.size(), n_colliders = contact.impulses.n_colliders() - 2 * n_gauges;
+  for (std::size_t c = 0; c < n_colliders; ++c) {
     add(per_second * contact.impulses.impulse(c));
     add(per_second * contact.impulses.angular_impulse(c));
+  }
+  for (const double reach : measured.reaches) row.emplace_back(reach);
+  for (std::size_t g = 0; g < n_gauges; ++g) {
+    add(per_second * contact.impulses.impulse(n_colliders + g));
+    row.emplace_back(per_second * contact.impulses.impulse(n_colliders + n_gauges + g)[0] / measured.gauge_areas[g]);
   }
   return row;
 }

@@ -15,12 +15,12 @@
 namespace bulkley {
 
 /// Column names of history.csv, with units.
-std::vector<std::string> history_columns(const std::vector<Collider>& colliders);
+std::vector<std::string> history_columns(const Scene& scene);
 
-/// What the material does to the colliders, on average since the row before.
+/// What the material does to colliders and gauges, on average since the row before.
 struct ContactForces {
-  ContactImpulses impulses;
-  double duration = 0.0;  ///< s, since the row before
+  ContactImpulses impulses;  ///< entries as no_contact_impulses has them
+  double duration = 0.0;     ///< s, since the row before
 };
 
 /// What ranks send to each other in one step, bytes.
@@ -29,10 +29,16 @@ struct HaloTraffic {
   GlobalIndex total = 0;
 };
 
+/// Of a scene's fronts and gauges.
+struct Measurements {
+  std::vector<double> reaches;      ///< m, of each front
+  std::vector<double> gauge_areas;  ///< m^2, of each gauge
+};
+
 /// One row; `seconds_per_step`: wall time per step since the row before.
 std::vector<HistoryValue> history_row(const SimulationState& state, const StepReport* report, const Diagnostics& diagnostics,
-                                      const ContactForces& contact, const HaloTraffic& halo, int n_ranks,
-                                      double seconds_per_step);
+                                      const ContactForces& contact, const Measurements& measured, const HaloTraffic& halo,
+                                      int n_ranks, double seconds_per_step);
 
 /// Largest over mean number of particles per rank.
 double particle_imbalance(const StepBounds& bounds, int n_ranks);

@@ -18,8 +18,8 @@ namespace bulkley {
 Physics physics_of(const Scene& scene) {
   std::vector<Collider> colliders = scene.colliders;
   for (Collider& collider : colliders) collider.shape = sampled_for_contact(collider.shape, scene.grid.cell_size);
-  return {scene.grid,      scene.transfer, scene.time_stepping, scene.gravity,
-          scene.materials, scene.faces,    colliders,           scene.acceleration_field};
+  return {scene.grid,  scene.transfer, scene.time_stepping,      scene.gravity,      scene.materials,
+          scene.faces, colliders,      scene.acceleration_field, scene.output.gauges};
 }
 
 OptionalFields optional_fields(const Scene& scene) {

@@ -22,6 +22,7 @@ Stepper::Stepper(const Comm& comm, const std::string& scene_text, const std::str
   load_meshes(comm, scene, MeshesOf::everything);
   check_bodies(scene, shared_survey(comm));
   check_colliders(scene);
+  check_gauges(scene);
   parts_->solver = start_solver(comm, scene);
   const std::string fault = fixed_step_fault(scene.time_stepping, scene.grid.cell_size, parts_->solver->bounds());
   if (!fault.empty() && !scene.time_stepping.allow_unstable) throw UsageError(fault);

@@ -3,12 +3,15 @@
 #include <algorithm>
 
 #include "integrator/diagnostics.hpp"
+#include "integrator/fronts.hpp"
 
 namespace bulkley {
 
 HistoryOutput::HistoryOutput(Run& run, GlobalIndex restart_step)
-    : history_(run.comm, run.options.folder, history_columns(run.scene.colliders), restart_step),
-      row_step_(run.state.step) {}
+    : history_(run.comm, run.options.folder, history_columns(run.scene), restart_step), row_step_(run.state.step) {
+  for (const Gauge& gauge : run.scene.output.gauges)
+    gauge_areas_.push_back(gauge_area(run.scene.grid, gauge, run.scene.colliders));
+}
 
 bool HistoryOutput::is_due(const Run& run, const Occasion& occasion) const {
   if (occasion.event == RunEvent::start) return !run.options.restart;
@@ -26,8 +29,9 @@ void HistoryOutput::write(Run& run) {
   const double seconds_per_step = (run.clock.stepping - row_stepping_) / steps;
   const ContactForces contact{run.solver->contact_impulses(), state.time - state.history_time};
   const StepReport* step = state.step > run.clock.first_step ? &run.last_step : nullptr;
-  history_.write(run.comm,
-                 history_row(state, step, diagnostics, contact, run.halo_traffic(), run.comm.size(), seconds_per_step));
+  const Measurements measured{reaches(run.comm, scene.output.fronts, run.solver->particles()), gauge_areas_};
+  history_.write(run.comm, history_row(state, step, diagnostics, contact, measured, run.halo_traffic(), run.comm.size(),
+                                       seconds_per_step));
   run.solver->set_contact_impulses(no_contact_impulses(run.solver->physics()));
   state.history_time = state.time;
   row_step_ = state.step;

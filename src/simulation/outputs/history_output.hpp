@@ -15,8 +15,9 @@ class HistoryOutput : public Output {
 
  private:
   History history_;
-  GlobalIndex row_step_;       ///< of the last row
-  double row_stepping_ = 0.0;  ///< RunClock::stepping at the last row, s
+  GlobalIndex row_step_;             ///< of the last row
+  double row_stepping_ = 0.0;        ///< RunClock::stepping at the last row, s
+  std::vector<double> gauge_areas_;  ///< m^2
 };
 
 }  // namespace bulkley

@@ -152,6 +152,9 @@ std::vector<std::pair<std::string, std::string>> setting(const std::string& sect
       {"[boundaries]", {{"boundaries", ""}}},
       {"Faces", {{"boundaries.z_lower", "{ type = \"slip\" }"}}},
       {"[output]", {{"output", ""}}},
+      {"[[output.front]]",
+       {{"output.front", "[{ name = \"tip\", direction = [1, 0, 0], eye = [0, 0, 9] }]"}, {"output.front.0", ""}}},
+      {"[[output.gauge]]", {{"output.gauge", "[{ name = \"p1\", face = \"x_lower\" }]"}, {"output.gauge.0", ""}}},
       {"[checkpoint]", {{"checkpoint", ""}}},
       {"[partition]", {{"partition", ""}}}};
   const auto found = contexts.find(section);
@@ -362,6 +365,7 @@ Outcome outcome_of(const std::string& text) {
     if (text.find("mesh") == std::string::npos) {
       check_bodies(scene);
       check_colliders(scene);
+      check_gauges(scene);
     }
   } catch (const UsageError& error) {
     outcome.sentence = error.what();
