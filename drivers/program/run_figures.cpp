@@ -51,6 +51,7 @@ void take_last_row(const HistoryReader& reader, RunFigures& figures) {
   figures.imbalance = value("imbalance");
   figures.mass = value("mass [kg]");
   figures.max_speed = value("max_speed [m/s]");
+  figures.thickness_decile = value("thickness_decile [cells]");
   const double step = value("step");
   if (!(figures.step >= step)) {
     figures.step = step;
@@ -87,10 +88,11 @@ double RunFigures::left(const RunFolder& run) const {
 
 RunFigures figures_of(const RunFolder& run) {
   RunFigures figures{};
-  for (double* value : {&figures.dt, &figures.last_row_time, &figures.trials, &figures.accepted, &figures.rejected,
-                        &figures.particles, &figures.removed, &figures.imbalance, &figures.mass, &figures.max_speed,
-                        &figures.energy_scale, &figures.seconds_per_step, &figures.recent_steps_per_second,
-                        &figures.recent_time_per_second, &figures.part_steps_per_second, &figures.part_time_per_second})
+  for (double* value :
+       {&figures.dt, &figures.last_row_time, &figures.trials, &figures.accepted, &figures.rejected, &figures.particles,
+        &figures.removed, &figures.imbalance, &figures.mass, &figures.max_speed, &figures.thickness_decile,
+        &figures.energy_scale, &figures.seconds_per_step, &figures.recent_steps_per_second, &figures.recent_time_per_second,
+        &figures.part_steps_per_second, &figures.part_time_per_second})
     *value = unknown;
   figures.first = figures.last = {unknown, unknown, unknown, unknown};
   figures.step = run.step;

@@ -26,6 +26,7 @@ struct RunFigures {
   bool all_rows = true;                                        ///< the table has no more
   double trials, accepted, rejected;                           ///< since the first step of the run
   double particles, removed, imbalance, mass, max_speed;
+  double thickness_decile;  ///< cells
   EnergyFigures first, last;
   double energy_scale;                                     ///< J, that the change of the sum is measured by
   double seconds_per_step;                                 ///< s of wall time in steps, over the last 100 rows

@@ -147,6 +147,9 @@ std::string status_lines(const RunView& view) {
   add("time step", limiter_text(view));
   add("trials", trials_text(view));
   add("particles", particles_text(view));
+  if (std::isfinite(view.figures.thickness_decile))
+    add("thickness",
+        fmt::format("{} cells in the thinnest tenth of the material", number_text(view.figures.thickness_decile)));
   add("energy", energy_text(view));
   add("balance", balance_text(view));
   add("disk", disk_text(view));
@@ -215,6 +218,7 @@ Json status_json(const RunView& view) {
           {"imbalance", rounded(f.imbalance)},
           {"mass", rounded(f.mass)},
           {"max_speed", rounded(f.max_speed)},
+          {"thickness_decile", rounded(f.thickness_decile)},
           {"kinetic_energy", rounded(f.last.kinetic)},
           {"elastic_energy", rounded(f.last.elastic)},
           {"gravitational_energy", rounded(f.last.gravitational)},

@@ -12,6 +12,7 @@
 #include "io/checkpoint/checkpoint.hpp"
 #include "io/frames/frame.hpp"
 #include "rebalance/share.hpp"
+#include "simulation/film_warnings.hpp"
 #include "simulation/forecast.hpp"
 #include "simulation/setup.hpp"
 
@@ -112,6 +113,7 @@ Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks) {
           "body '{}' moves at Mach {:.2f}: impacts will compress it noticeably; a larger bulk_modulus makes it stiffer",
           b.name, b.mach));
   }
+  for (const std::string& warning : film_warnings(scene, f.bodies)) f.warnings.push_back(warning);
   for (const NamedMaterial& material : scene.materials)
     if (!material.caveat.empty()) f.warnings.push_back(fmt::format("material '{}': {}", material.name, material.caveat));
   const TileCensus census = gather_census(comm, seeded_census(comm, scene));  // the root's; empty elsewhere

@@ -48,6 +48,7 @@ std::vector<std::string> columns_of_particles() {
           "min_volume_ratio",
           "max_volume_ratio",
           "yielded_fraction",
+          "thickness_decile [cells]",
           "particles",
           "removed_particles",
           "imbalance",
@@ -101,7 +102,8 @@ std::vector<HistoryValue> history_row(const SimulationState& state, const StepRe
   add(d.lower);
   add(d.upper);
   for (const double value : {b.motion.speed.value, b.motion.velocity_gradient.value, b.motion.wave_speed.value,
-                             b.totals.smallest_volume_ratio.value, b.totals.largest_volume_ratio.value, d.yielded_fraction})
+                             b.totals.smallest_volume_ratio.value, b.totals.largest_volume_ratio.value, d.yielded_fraction,
+                             measured.thickness_decile})
     row.emplace_back(value);
   row.emplace_back(d.n_particles);
   row.emplace_back(state.n_removed);

@@ -29,8 +29,9 @@ struct HaloTraffic {
   GlobalIndex total = 0;
 };
 
-/// Of a scene's fronts and gauges.
+/// In addition to Diagnostics.
 struct Measurements {
+  double thickness_decile;          ///< cells; see the function of that name; on the root alone
   std::vector<double> reaches;      ///< m, of each front
   std::vector<double> gauge_areas;  ///< m^2, of each gauge
 };

@@ -143,6 +143,8 @@ def laid_out(end: float, columns: list[str]) -> Sheets:
     sheets.curve("largest", "max_volume_ratio")
     sheets.begin("Yielded part of the mass", "", from_zero=True)
     sheets.curve("yielded", "yielded_fraction")
+    sheets.begin("Thickness of the thinnest tenth of the material, in cells", "[cells]", from_zero=True)
+    sheets.curve("thickness", "thickness_decile [cells]")
     sheets.begin("Imbalance: largest over mean particles of a rank", "")
     sheets.curve("imbalance", "imbalance")
     sheets.begin("Wall time of a step", "[s]", may_be_log=True)
@@ -150,6 +152,11 @@ def laid_out(end: float, columns: list[str]) -> Sheets:
     sheets.begin("Rejected steps so far", "", from_zero=True)
     sheets.curve("rejected", "rejected_steps")
     for column in columns:
+        for quantity, unit in (("reach", "[m]"), ("pressure", "[Pa]")):
+            if column.endswith(f".{quantity} {unit}"):
+                name = column.removesuffix(f".{quantity} {unit}")
+                sheets.begin(f"{quantity.capitalize()}: {name}", unit)
+                sheets.curve(quantity, column)
         for quantity, unit in (("force", "[N]"), ("torque", "[N m]")):
             mark = f".{quantity}_x {unit}"
             if column.endswith(mark):

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "integrator/column_thickness.hpp"
 #include "integrator/diagnostics.hpp"
 #include "integrator/fronts.hpp"
 
@@ -29,7 +30,9 @@ void HistoryOutput::write(Run& run) {
   const double seconds_per_step = (run.clock.stepping - row_stepping_) / steps;
   const ContactForces contact{run.solver->contact_impulses(), state.time - state.history_time};
   const StepReport* step = state.step > run.clock.first_step ? &run.last_step : nullptr;
-  const Measurements measured{reaches(run.comm, scene.output.fronts, run.solver->particles()), gauge_areas_};
+  const Measurements measured{
+      thickness_decile(run.comm, scene.grid, scene.gravity, run.solver->particles(), diagnostics.lower, diagnostics.upper),
+      reaches(run.comm, scene.output.fronts, run.solver->particles()), gauge_areas_};
   history_.write(run.comm, history_row(state, step, diagnostics, contact, measured, run.halo_traffic(), run.comm.size(),
                                        seconds_per_step));
   run.solver->set_contact_impulses(no_contact_impulses(run.solver->physics()));
