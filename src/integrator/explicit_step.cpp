@@ -79,6 +79,13 @@ double ExplicitStep::collider_speed(const StepBounds& bounds, double time, doubl
   return parts_.contact.collider_speed(time, time + std::min(remaining, by_material.dt));
 }
 
+// By the particles as they are before the step.
+double ExplicitStep::kept_share(double dt) const {
+  const Physics& physics = parts_.physics;
+  const MotionBounds& motion = parts_.particles.bounds().motion;
+  return physics.transfer.kept_share(dt, physics.transfer.decay_rate(physics.grid.cell_size, motion, shear_wave_speed_));
+}
+
 void ExplicitStep::fit() {
   if (!parts_.fit()) return;
   const PhaseTimer timer(parts_.times, Phase::rebuild);
@@ -115,6 +122,7 @@ void ExplicitStep::update_nodes(double time, const GridUpdate& update, StepBound
   const PhaseTimer timer(parts_.times, Phase::grid_update);
   Node* const nodes = velocity_.data();
   parts_.add_forces(update, time, nodes, splits_ ? change() : nodes, local.failures);
+  parts_.contact.set_kept_share(kept_share(update.dt));
   parts_.contact.fold(update, nodes, change());
   grid_update(update, parts_.particles.exchange().active_nodes(), nodes, change());
   received_.clear();
@@ -153,8 +161,7 @@ void ExplicitStep::nodes_to_particles(double dt, StepBounds& local) {
   ParticleGrid& grid = parts_.particles;
   ParticleSet& particles = grid.particles();
   const TransferSettings& transfer = physics.transfer;
-  const double rate = transfer.decay_rate(physics.grid.cell_size, grid.bounds().motion, shear_wave_speed_);
-  const double share = transfer.kept_share(dt, rate);
+  const double share = kept_share(dt);
   grid.begin_move();
   for (LocalIndex first = 0; first < particles.size(); first += block_size) {
     const ParticleBlock block{first, first + block_size};

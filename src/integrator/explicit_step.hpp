@@ -21,6 +21,7 @@ class ExplicitStep : public Integrator {
 
  private:
   double collider_speed(const StepBounds& bounds, double time, double remaining) const;
+  double kept_share(double dt) const;
   void particles_to_nodes(double dt, const SumBounds& sums);
   void update_nodes(double time, const GridUpdate& update, StepBounds& local);
   void nodes_to_pools();

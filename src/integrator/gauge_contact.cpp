@@ -226,13 +226,14 @@ void GaugeContact::before_moving(std::span<const NodeConstraint> constraints, do
 
 // Of the pair of a node behind the wall and its image, what the wall takes is (1 - R) times what the node behind loses (T13d).
 void GaugeContact::after_unfold(const Node* nodes, const Node* change, ContactImpulses& received) const {
-  const double flip = physics_.transfer.flip_fraction();
   for (std::size_t k = 0; k < images_.size(); ++k) {
     const WatchedImage& watched = images_[k];
     const Behind& behind = behind_[k];
     if (watched.shares.count == 0 || !(behind.mass > 0.0)) continue;
     Vec3 lost = behind.momentum - behind.mass * vector_of(nodes[watched.image.behind]);
-    if (change) lost = (1.0 - flip) * lost + flip * (behind.impulse - behind.mass * vector_of(change[watched.image.behind]));
+    if (change)
+      lost = (1.0 - kept_share_) * lost +
+             kept_share_ * (behind.impulse - behind.mass * vector_of(change[watched.image.behind]));
     const Vec3 impulse = (Vec3::Ones() - watched.image.sign).cwiseProduct(lost);
     for (std::uint32_t s = 0; s < watched.shares.count; ++s) add(shares_[watched.shares.first + s], impulse, received);
   }

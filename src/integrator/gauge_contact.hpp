@@ -22,6 +22,9 @@ class GaugeContact {
   /// `physics` must outlive this.
   explicit GaugeContact(const Physics& physics) : physics_(physics) {}
 
+  /// The part of their own velocity that particles keep in a step: `a` of (T7). Not collective.
+  void set_kept_share(double share) { kept_share_ = share; }
+
   /// For new pools. `nodes`: grid indices of the active nodes; `active`: their indices in the array of nodes, ascending, which
   /// `constraints` and `images` have too. Not collective.
   void fit(std::span<const NodeConstraint> constraints, std::span<const NodeImage> images, const std::vector<Int3>& nodes,
@@ -79,6 +82,7 @@ class GaugeContact {
   void add(const Share& share, const Vec3& impulse, ContactImpulses& received) const;
 
   const Physics& physics_;
+  double kept_share_ = 0.0;
   std::vector<WatchedConstraint> constraints_;  ///< all of the nodes that have a share, in the order of the list
   std::vector<WatchedImage> images_;            ///< in the order in which they are folded
   std::vector<Share> shares_;

@@ -19,6 +19,9 @@ class NodeContact {
   /// `physics` must outlive this.
   explicit NodeContact(const Physics& physics);
 
+  /// For gauges; see GaugeContact::set_kept_share. Not collective.
+  void set_kept_share(double share) { gauges_.set_kept_share(share); }
+
   /// Finds the constraints of the nodes of new pools. Not collective.
   void fit(const Exchange& exchange);
 

@@ -92,9 +92,11 @@ GlobalIndex Run::restore() {
   solver = std::make_unique<Solver>(comm, physics_of(scene), std::move(partition), std::move(particles), state.bounds);
   solver->load_forces(state.force_reals, state.force_integers);
   ContactImpulses impulses = no_contact_impulses(solver->physics());
-  if (state.contact_impulses.size() == impulses.words().size()) {  // else the scene has other colliders now
+  if (state.contact_impulses.size() == impulses.words().size()) {
     impulses.set_words(state.contact_impulses);
     solver->set_contact_impulses(impulses);
+  } else {  // the scene has other colliders or gauges now
+    state.history_time = state.time;
   }
   last_checkpoint.file = file;
   last_checkpoint.step = state.step;
