@@ -132,6 +132,11 @@ INPUT_CASES = [
     value("needle_collider", "at_end = true", 'at_end = true\n[[colliders]]\nname = "needle"\nshape = { type = "box", '
           "lower = [0, 0, 0], upper = [1e50, 1e-30, 1e-30] }", r"collider 'needle' is .* thick"),
 
+    value("gauge_on_nothing", "at_end = true", 'at_end = true\n[[output.gauge]]\nname = "p"\nface = "x_upper"\n'
+          "center = [0, 0.08, 0.08]\nradius = 0.02", PLACE + "gauge 'p' covers nothing of face 'x_upper': the ball"),
+    value("gauge_on_no_wall", "at_end = true", 'at_end = true\n[boundaries]\nx_upper = "open"\n[[output.gauge]]\nname = "p"\n'
+          'face = "x_upper"', PLACE + r"'output\.gauge\.0\.face' is \"x_upper\", which is open: there is no wall"),
+
     # Formulas
     value("formula_open", FIELD, formula("sin(" * 500), PLACE + r"'bodies\.0\.velocity_field\.1' is no formula"),
     value("formula_of_words", FIELD, formula("drop table"), PLACE + r"'bodies\.0\.velocity_field\.1' is no formula"),
