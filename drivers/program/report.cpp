@@ -45,6 +45,10 @@ Json summary(const RunView& view) {
   add("trials", trials_text(view));
   add("particles", particles_text(view));
   add("energy", energy_text(view));
+  if (view.figures.account.known()) {
+    add("received", received_text(view));
+    add("went to", losses_text(view));
+  }
   add("balance", balance_text(view));
   if (std::isfinite(run.elapsed))
     add("wall time", fmt::format("{} in this part: {} in steps, {} in output", span_text(run.elapsed),

@@ -32,6 +32,34 @@ struct EnergyColumns {
   int kinetic, elastic, gravitational, dissipated;
 };
 
+struct AccountColumns {
+  explicit AccountColumns(const HistoryReader& reader) {
+    for (const std::string& column : reader.columns()) {
+      if (const auto end = column.find(".contact_loss [J]"); end != std::string::npos)
+        losses.emplace_back(column.substr(0, end), reader.find(column));
+      if (const auto end = column.find(".contact_work [J]"); end != std::string::npos)
+        works.emplace_back(column.substr(0, end), reader.find(column));
+    }
+  }
+  AccountFigures of(const HistoryReader& reader) const {
+    const auto value = [&](const char* column) { return reader.number(reader.find(column)); };
+    AccountFigures account{value("gravity_work [J]"),
+                           value("acceleration_field_work [J]"),
+                           value("to_grid_loss [J]"),
+                           value("time_integration_loss [J]"),
+                           value("to_grid_and_integration_loss [J]"),
+                           value("from_grid_loss [J]"),
+                           value("removed_energy [J]"),
+                           value("energy_residual [J]"),
+                           {},
+                           {}};
+    for (const auto& [name, column] : losses) account.contact_losses.emplace_back(name, reader.number(column));
+    for (const auto& [name, column] : works) account.contact_works.emplace_back(name, reader.number(column));
+    return account;
+  }
+  std::vector<std::pair<std::string, int>> losses, works;
+};
+
 // The largest of the energies that can have changed into each other; where gravity's begins is arbitrary.
 double scale_of(const EnergyFigures& first, const EnergyFigures& now) {
   return std::max({first.kinetic + first.elastic, now.kinetic + now.elastic, now.dissipated - first.dissipated,
@@ -95,11 +123,13 @@ RunFigures figures_of(const RunFolder& run) {
         &figures.part_steps_per_second, &figures.part_time_per_second})
     *value = unknown;
   figures.first = figures.last = {unknown, unknown, unknown, unknown};
+  figures.account = {unknown, unknown, unknown, unknown, unknown, unknown, unknown, unknown, {}, {}};
   figures.step = run.step;
   figures.time = run.time;
 
   HistoryReader reader(run.path);
   const EnergyColumns energies(reader);
+  const AccountColumns account(reader);
   const int step = reader.find("step"), time = reader.find("time [s]"), limiter = reader.find("limiter"),
             seconds = reader.find("wall_time_per_step [s]");
   std::map<std::string, double, std::less<>> counts;
@@ -115,6 +145,7 @@ RunFigures figures_of(const RunFolder& run) {
     if (recent.size() > n_recent_rows + 1) recent.pop_front();
     take_last_row(reader, figures);
     figures.last = energies.of(reader);
+    figures.account = account.of(reader);
   };
   if (reader.next()) {
     figures.first = energies.of(reader);

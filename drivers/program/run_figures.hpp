@@ -9,11 +9,17 @@
 
 namespace bulkley {
 
-/// J. Walls, colliders, viscosity (but for plastic flow) and numerics take energy out of the four; moving walls,
-/// moving colliders and acceleration fields bring some in.
+/// J.
 struct EnergyFigures {
   double kinetic = 0.0, elastic = 0.0, gravitational = 0.0, dissipated = 0.0;
   double sum() const { return kinetic + elastic + gravitational + dissipated; }
+};
+
+/// The energy budget as the last row has it, J since the budget began. NaN if no row contains it.
+struct AccountFigures {
+  double gravity, acceleration_field, to_grid, time_integration, to_grid_and_integration, from_grid, removed, residual;
+  std::vector<std::pair<std::string, double>> contact_losses, contact_works;  ///< of walls and colliders, by name
+  bool known() const { return residual == residual; }
 };
 
 /// NaN or empty if no row contains it.
@@ -28,6 +34,7 @@ struct RunFigures {
   double particles, removed, imbalance, mass, max_speed;
   double thickness_decile;  ///< cells
   EnergyFigures first, last;
+  AccountFigures account;
   double energy_scale;                                     ///< J, that the change of the sum is measured by
   double seconds_per_step;                                 ///< s of wall time in steps, over the last 100 rows
   double recent_steps_per_second, recent_time_per_second;  ///< the same, with the fraction of output of the present part

@@ -3,6 +3,7 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <ctime>
 #include <nlohmann/json.hpp>
@@ -105,6 +106,71 @@ std::string balance_text(const RunView& view) {
   return text;
 }
 
+namespace {
+
+// A term in J and as a part of the energy that was there to be lost.
+std::string term_text(const std::string& name, double value, double whole) {
+  const std::string part =
+      whole > 0.0 ? fmt::format(" ({}{})", value < 0.0 ? "-" : "", percent(std::abs(value) / whole)) : "";
+  return fmt::format("{} {} J{}", name, number_text(value), part);
+}
+
+bool counts(double value) { return std::isfinite(value) && value != 0.0; }
+
+// What there was at the start of the table, and what came in since, J.
+double energy_received(const RunFigures& f) {
+  double sum = f.first.kinetic + f.first.elastic;
+  for (const double work : {f.account.gravity, f.account.acceleration_field})
+    if (work > 0.0) sum += work;
+  for (const auto& [name, work] : f.account.contact_works) sum += std::max(work, 0.0);
+  return sum;
+}
+
+}  // namespace
+
+std::string received_text(const RunView& view) {
+  const RunFigures& f = view.figures;
+  if (!f.account.known()) return {};
+  std::string text = fmt::format("{} J at the start", number_text(f.first.kinetic + f.first.elastic));
+  const auto add = [&](const std::string& name, double work) {
+    if (counts(work)) text += fmt::format(", {} {} J", name, number_text(work));
+  };
+  add("gravity", f.account.gravity);
+  add("acceleration_field", f.account.acceleration_field);
+  for (const auto& [name, work] : f.account.contact_works) add("motion of " + name, work);
+  return text;
+}
+
+std::string losses_text(const RunView& view) {
+  const RunFigures& f = view.figures;
+  const AccountFigures& a = f.account;
+  if (!a.known()) return {};
+  const double whole = energy_received(f);
+  std::string text = term_text("laws", f.last.dissipated - f.first.dissipated, whole);
+  const auto add = [&](const std::string& name, double loss) {
+    if (counts(loss)) text += ", " + term_text(name, loss, whole);
+  };
+  for (const auto& [name, loss] : a.contact_losses) add("contact " + name, loss);
+  if (std::isfinite(a.to_grid)) {
+    add("transfers", a.to_grid + a.from_grid);
+    add("time integration", a.time_integration);
+  } else {
+    add("transfers and time integration", a.to_grid_and_integration + a.from_grid);
+  }
+  add("removed particles", a.removed);
+  add("still kinetic", f.last.kinetic);
+  add("elastic", f.last.elastic);
+  return text;
+}
+
+std::string closure_text(const RunView& view) {
+  const double whole = energy_received(view.figures);
+  if (!view.figures.account.known()) return {};
+  return fmt::format("the sum of all is {:.1g} J{}", view.figures.account.residual,
+                     whole > 0.0 ? fmt::format(", {:.0g} of what came in", std::abs(view.figures.account.residual) / whole)
+                                 : std::string());
+}
+
 std::string disk_text(const RunView& view) {
   const DiskUse& d = view.run.disk;
   return fmt::format("{}: {} {}, {} {}, rest {}", bytes_text(d.total()),
@@ -151,7 +217,13 @@ std::string status_lines(const RunView& view) {
     add("thickness",
         fmt::format("{} cells in the thinnest tenth of the material", number_text(view.figures.thickness_decile)));
   add("energy", energy_text(view));
-  add("balance", balance_text(view));
+  if (view.figures.account.known()) {
+    add("received", received_text(view));
+    add("went to", losses_text(view));
+    add("closure", closure_text(view));
+  } else {
+    add("balance", balance_text(view));
+  }
   add("disk", disk_text(view));
   add("checkpoint", checkpoint_text(view));
   add("last update", fmt::format("{} ago{}", span_text(run.age), run.host.empty() ? "" : ", from " + run.host));
@@ -183,6 +255,22 @@ std::string status_table(const std::vector<RunView>& views) {
         std::isfinite(f.particles) ? f.particles : view.run.n_particles, f.imbalance, bytes_text(view.run.disk.total()));
   }
   return text;
+}
+
+Json account_json(const AccountFigures& a) {
+  Json losses = Json::object(), works = Json::object();
+  for (const auto& [name, loss] : a.contact_losses) losses[name] = rounded(loss);
+  for (const auto& [name, work] : a.contact_works) works[name] = rounded(work);
+  return {{"gravity_work", rounded(a.gravity)},
+          {"acceleration_field_work", rounded(a.acceleration_field)},
+          {"to_grid_loss", rounded(a.to_grid)},
+          {"time_integration_loss", rounded(a.time_integration)},
+          {"to_grid_and_integration_loss", rounded(a.to_grid_and_integration)},
+          {"from_grid_loss", rounded(a.from_grid)},
+          {"removed_energy", rounded(a.removed)},
+          {"residual", rounded(a.residual)},
+          {"contact_losses", losses},
+          {"contact_works", works}};
 }
 
 Json status_json(const RunView& view) {
@@ -225,6 +313,7 @@ Json status_json(const RunView& view) {
           {"dissipated_energy", rounded(f.last.dissipated)},
           {"energy_change", rounded(f.last.sum() - f.first.sum())},
           {"energy_scale", rounded(f.energy_scale)},
+          {"energy_account", account_json(f.account)},
           {"disk",
            {{"checkpoints", whole(d.checkpoints)},
             {"frames", whole(d.frames)},

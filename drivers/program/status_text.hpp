@@ -29,6 +29,10 @@ std::string limiter_text(const RunView& view);
 std::string trials_text(const RunView& view);
 std::string particles_text(const RunView& view);
 std::string energy_text(const RunView& view);
+/// What came in, where it went, and what is left of the sum; empty for a table without an energy budget.
+std::string received_text(const RunView& view);
+std::string losses_text(const RunView& view);
+std::string closure_text(const RunView& view);
 std::string balance_text(const RunView& view);
 std::string disk_text(const RunView& view);
 std::string checkpoint_text(const RunView& view);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <utility>
 
 #include "base/order_free.hpp"
 #include "bulkley/base/pack.hpp"
@@ -116,6 +117,39 @@ void BinnedSum::merge(const BinnedSum& other) {
   nan_ = nan_ || other.nan_;
   positive_infinity_ = positive_infinity_ || other.positive_infinity_;
   negative_infinity_ = negative_infinity_ || other.negative_infinity_;
+}
+
+void BinnedSum::subtract(const BinnedSum& other) {
+  BinnedSum negative = other;
+  for (Integer& sum : negative.sums_) sum = -sum;
+  std::swap(negative.positive_infinity_, negative.negative_infinity_);
+  merge(negative);
+}
+
+// Bins from the top, low and high word of each; then how far the top bin is above the lowest and, in the three lowest bits,
+// what is not finite. All zero for the sum of nothing.
+std::array<std::int64_t, BinnedSum::n_words> BinnedSum::words() const {
+  std::array<std::int64_t, n_words> result{};
+  for (std::size_t k = 0; k < n_bins; ++k) {
+    result[2 * k] = static_cast<std::int64_t>(static_cast<std::uint64_t>(sums_[k]));
+    result[2 * k + 1] = static_cast<std::int64_t>(sums_[k] >> 64);
+  }
+  const int special = (nan_ ? 1 : 0) + (positive_infinity_ ? 2 : 0) + (negative_infinity_ ? 4 : 0);
+  result[n_words - 1] = 8 * std::int64_t{top_ - lowest_bin} + special;
+  return result;
+}
+
+BinnedSum BinnedSum::of_words(std::span<const std::int64_t, n_words> words) {
+  BinnedSum sum;
+  for (std::size_t k = 0; k < n_bins; ++k)
+    sum.sums_[k] = static_cast<Integer>(words[2 * k + 1]) * (Integer{1} << 64) +
+                   static_cast<Integer>(static_cast<std::uint64_t>(words[2 * k]));
+  const std::int64_t last = words[n_words - 1], special = last & 7;
+  sum.top_ = lowest_bin + static_cast<std::int32_t>((last - special) / 8);
+  sum.nan_ = (special & 1) != 0;
+  sum.positive_infinity_ = (special & 2) != 0;
+  sum.negative_infinity_ = (special & 4) != 0;
+  return sum;
 }
 
 double BinnedSum::value() const {

@@ -23,10 +23,17 @@ class BinnedSum {
   void add(std::span<const double> values);
   void add_products(std::span<const double> a, std::span<const double> b);
   void merge(const BinnedSum& other);
+  /// Takes away what `other` has summed, exactly, like adding the negatives of its addends.
+  void subtract(const BinnedSum& other);
 
   /// The sum of the slices, rounded once; never -0. A NaN, or infinities of both signs, give NaN; infinities of one sign,
   /// that infinity. A finite sum beyond the largest double gives infinity, but no partial sum does. At most 2^47 addends.
   double value() const;
+
+  /// The sum as 64-bit words, from which `of_words` makes it again, bit for bit. For checkpoints.
+  static constexpr std::size_t n_words = 7;
+  std::array<std::int64_t, n_words> words() const;
+  static BinnedSum of_words(std::span<const std::int64_t, n_words> words);
 
  private:
   __extension__ using Integer = __int128;

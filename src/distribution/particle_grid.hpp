@@ -55,6 +55,8 @@ class ParticleGrid {
   /// Positions of `block` -> domain and cells. After a failure cells are undefined; finish_move stops every rank. Not
   /// collective.
   void place(ParticleBlock block);
+  /// Those that `place` has found beyond outflow faces: finish_move removes them. Not collective.
+  std::span<const LocalIndex> removed() const { return removed_; }
   /// Brings every particle to the owner of its tile. `local`: what this rank has learned in the step. The merged bounds,
   /// which bounds() gives from now on; where they have failed, particles stay as they are. One all-reduce. Collective.
   const StepBounds& finish_move(StepBounds local);

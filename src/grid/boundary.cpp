@@ -198,7 +198,7 @@ std::vector<NodeImage> node_images(const GridGeometry& grid, const Faces& faces,
       Int3 image = nodes[n];
       image[static_cast<std::size_t>(f / 2)] += f % 2 == 0 ? 2 : -2;
       if (const auto found = front.find(image); found != front.end())
-        result.push_back({static_cast<LocalIndex>(n), found->second, sign, face.velocity});
+        result.push_back({static_cast<LocalIndex>(n), found->second, sign, face.velocity, f});
     }
   }
   return result;

@@ -45,7 +45,8 @@ struct NodeConstraint {
 struct NodeImage {
   LocalIndex behind, front;  ///< indices into the caller's node array
   Vec3 sign;
-  Vec3 velocity;  ///< of the wall, m/s
+  Vec3 velocity;           ///< of the wall, m/s
+  std::int32_t face = -1;  ///< its number
 };
 
 /// The constraints of all nodes with signed distance <= 0 to a wall or separating collider, or <= 3/4 of a cell to a sticky

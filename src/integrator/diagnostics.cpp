@@ -35,10 +35,12 @@ Terms terms_of(const GridGeometry& grid, const TransferSettings& transfer, const
   const double m = set.real(Field::mass)[p], volume = set.real(Field::reference_volume)[p];
   const Vec3 x = set.vector(Field::position, p), v = set.vector(Field::velocity, p);
   Vec3 spin = x.cross(v);
+  double affine_square = 0.0;
   if (transfer.affine()) {
     // B_p = C_p D_p; its axial part belongs to the angular momentum (Jiang et al. 2015).
-    const double d = grid.cell_size * grid.cell_size / inverse_second_moment(grid.order);
+    const double d = affine_inertia(grid, transfer);
     auto b = [&](int r, int c) { return d * set.real(Field::affine_velocity, 3 * r + c)[p]; };
+    for (int c = 0; c < 9; ++c) affine_square += std::pow(set.real(Field::affine_velocity, c)[p], 2);
     spin += Vec3(b(2, 1) - b(1, 2), b(0, 2) - b(2, 0), b(1, 0) - b(0, 1));
   }
   const Material& material = materials[set.material()[p]].material;
@@ -52,7 +54,7 @@ Terms terms_of(const GridGeometry& grid, const TransferSettings& transfer, const
     t[angular + a] = m * spin[a];
     t[moment + a] = m * x[a];
   }
-  t[kinetic] = 0.5 * m * v.squaredNorm();
+  t[kinetic] = 0.5 * m * (v.squaredNorm() + affine_inertia(grid, transfer) * affine_square);
   t[elastic] = volume * energy_density;
   t[potential] = -m * gravity.dot(x);
   t[dissipated] = volume * set.real(Field::plastic_dissipation)[p];
@@ -62,6 +64,10 @@ Terms terms_of(const GridGeometry& grid, const TransferSettings& transfer, const
 }
 
 }  // namespace
+
+double affine_inertia(const GridGeometry& grid, const TransferSettings& transfer) {
+  return transfer.affine() ? grid.cell_size * grid.cell_size / inverse_second_moment(grid.order) : 0.0;
+}
 
 Diagnostics diagnose(const Comm& comm, const GridGeometry& grid, const TransferSettings& transfer, const Vec3& gravity,
                      const std::vector<NamedMaterial>& materials, const ParticleSet& particles) {

@@ -22,6 +22,7 @@ constexpr double empty_mass = 0x1p-48;
 
 ExplicitStep::ExplicitStep(StepParts& parts)
     : parts_(parts), splits_(parts.physics.transfer.keeps_residual()), received_(parts.contact.no_impulses()) {
+  parts_.budget.set_combined(!splits_);
   for (const NamedMaterial& named : parts.physics.materials)
     shear_wave_speed_ = std::max(shear_wave_speed_, shear_wave_speed_at_rest(named.material));
 }
@@ -49,6 +50,7 @@ StepReport ExplicitStep::step(const StepRequest& request, TimeStepState& state) 
     ++report.n_rejected;
   }
   parts_.contact.add(received_);
+  parts_.budget.accept(particles.particles());
   local.requests.caller.include(request.from_rank);
   nodes_to_particles(report.plan.dt, local);
   report.bounds = particles.finish_move(local);
@@ -121,12 +123,19 @@ void ExplicitStep::particles_to_nodes(double dt, const SumBounds& sums) {
 void ExplicitStep::update_nodes(double time, const GridUpdate& update, StepBounds& local) {
   const PhaseTimer timer(parts_.times, Phase::grid_update);
   Node* const nodes = velocity_.data();
+  EnergyBudget& budget = parts_.budget;
+  const auto active = parts_.particles.exchange().active_nodes();
+  budget.begin_trial();
+  const double share = kept_share(update.dt);
+  budget.contact().set_kept_share(share);
   parts_.add_forces(update, time, nodes, splits_ ? change() : nodes, local.failures);
-  parts_.contact.set_kept_share(kept_share(update.dt));
-  parts_.contact.fold(update, nodes, change());
-  grid_update(update, parts_.particles.exchange().active_nodes(), nodes, change());
+  parts_.contact.set_kept_share(share);
+  parts_.contact.fold(update, nodes, change(), budget.contact());
+  budget.before_kick(update, active, nodes, change());
+  grid_update(update, active, nodes, change());
   received_.clear();
-  parts_.contact.apply(time, update.dt, nodes, change(), received_);
+  parts_.contact.apply(time, update, nodes, change(), received_, budget.contact());
+  budget.after_contact(update, active, nodes);
 }
 
 void ExplicitStep::nodes_to_pools() {
@@ -171,6 +180,7 @@ void ExplicitStep::nodes_to_particles(double dt, StepBounds& local) {
         g2p(physics.grid, transfer, grid.layout(), grid.map(), dt, share, pairs_.data(), particles, local, block);
       else
         g2p(physics.grid, transfer, grid.layout(), grid.map(), dt, pool_.data(), particles, local, block);
+      parts_.budget.add_moved(particles, block);
     }
     {
       const PhaseTimer timer(parts_.times, Phase::stress_update);
@@ -184,6 +194,7 @@ void ExplicitStep::nodes_to_particles(double dt, StepBounds& local) {
     }
     grid.place(block);
   }
+  parts_.budget.end_step(particles, grid.removed());
 }
 
 std::span<const Node> ExplicitStep::node_velocities(double time) {

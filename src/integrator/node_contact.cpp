@@ -35,15 +35,16 @@ void NodeContact::fit(const Exchange& exchange) {
   gauges_.fit(constraints_, images_, nodes, active);
 }
 
-void NodeContact::apply(double time, double dt, Node* nodes, Node* change, ContactImpulses& received) {
+void NodeContact::apply(double time, const GridUpdate& update, Node* nodes, Node* change, ContactImpulses& received,
+                        ContactAccount& account) {
   gauges_.before_constraints(nodes, received);
-  apply_constraints(constraints_, nodes, change, received);
+  account.apply(constraints_, nodes, change, received);
   if (moving_constraints_) {
-    const std::vector<NodeConstraint>& moving = moving_constraints_->at(time, dt);
+    const std::vector<NodeConstraint>& moving = moving_constraints_->at(time, update.dt);
     gauges_.before_moving(moving, time, nodes, received);
-    apply_constraints(moving, nodes, change, received);
+    account.apply(moving, nodes, change, received);
   }
-  unfold_images(images_, nodes, change);
+  account.unfold(update, images_, nodes, change);
   gauges_.after_unfold(nodes, change, received);
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "distribution/particle_grid.hpp"
+#include "integrator/contact_account.hpp"
 #include "integrator/gauge_contact.hpp"
 #include "integrator/physics.hpp"
 #include "kernel/grid_update.hpp"
@@ -25,15 +26,16 @@ class NodeContact {
   /// Finds the constraints of the nodes of new pools. Not collective.
   void fit(const Exchange& exchange);
 
-  /// {m v + dt f, m} of nodes behind walls -> their images in front. Before the node update. `impulse`: as fold_images. Not
-  /// collective.
-  void fold(const GridUpdate& update, Node* nodes, Node* impulse) {
+  /// {m v + dt f, m} of nodes behind walls -> their images in front. Before the node update. `impulse`: as fold_images.
+  /// `account`: what contact does to the energy, here and in `apply`. Not collective.
+  void fold(const GridUpdate& update, Node* nodes, Node* impulse, ContactAccount& account) {
     gauges_.before_fold(update, nodes, impulse);
-    fold_images(update, images_, nodes, impulse);
+    account.fold(update, images_, nodes, impulse);
   }
   /// Velocities -> velocities after contact in a step from `time`, and of the nodes behind walls. `change`: as
   /// apply_constraints. Adds what colliders and gauges receive to `received`. Not collective.
-  void apply(double time, double dt, Node* nodes, Node* change, ContactImpulses& received);
+  void apply(double time, const GridUpdate& update, Node* nodes, Node* change, ContactImpulses& received,
+             ContactAccount& account);
 
   /// Speed that no point of a collider exceeds between two times, m/s. Not collective.
   double collider_speed(double first, double last) const;

@@ -53,6 +53,13 @@ class Solver {
   /// Continues from such sums: those of a checkpoint, or none. Not collective (the same on every rank).
   void set_contact_impulses(const ContactImpulses& sums) { parts_.contact.set_impulses(grid_.comm(), sums); }
 
+  /// The energy budget since its beginning, merged over ranks. Collective.
+  EnergyTotals energy_totals() const { return parts_.budget.totals(grid_.comm()); }
+  /// EnergyBudget::words, set_words.
+  std::vector<std::int64_t> energy_words() const { return parts_.budget.words(grid_.comm()); }
+  bool set_energy_words(std::span<const std::int64_t> words) { return parts_.budget.set_words(grid_.comm(), words); }
+  std::size_t n_forces() const { return parts_.forces.size(); }
+
   /// What the forces must find again after a restart; see NodeForce::save. Not collective.
   void save_forces(Reals& reals, Integers& integers) const { bulkley::save_forces(parts_.forces, reals, integers); }
   void load_forces(const Reals& reals, const Integers& integers) { bulkley::load_forces(parts_.forces, reals, integers); }

@@ -8,6 +8,7 @@ StepParts::StepParts(const Physics& all_physics, ParticleGrid& all_particles, No
       particles(all_particles),
       contact(all_physics),
       forces(std::move(node_forces)),
+      budget(all_physics, forces.size()),
       times(phase_times),
       material_seconds(all_physics.materials.size(), 0.0) {}
 
@@ -24,11 +25,15 @@ void StepParts::add_forces(const GridUpdate& update, double time, const Node* mo
                            FailureCounts& failures) {
   if (!(update.dt > 0.0)) return;
   const ForcedNodes nodes{particles, particles.exchange().active_nodes(), active_positions, update, time, momenta, impulses};
-  for (const auto& force : forces) force->add(nodes, failures);
+  for (std::size_t k = 0; k < forces.size(); ++k) {
+    budget.before_force(nodes.active, impulses);
+    forces[k]->add(nodes, failures);
+    budget.after_force(k, nodes.active, impulses);
+  }
 }
 
 std::size_t StepParts::memory() const {
-  std::size_t total = contact.memory() + active_positions.capacity() * sizeof(Int3);
+  std::size_t total = contact.memory() + budget.memory() + active_positions.capacity() * sizeof(Int3);
   for (const auto& force : forces) total += force->memory();
   return total;
 }

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "integrator/energy_budget.hpp"
 #include "integrator/node_contact.hpp"
 #include "integrator/node_force.hpp"
 
@@ -16,6 +17,7 @@ struct StepParts {
   ParticleGrid& particles;
   NodeContact contact;
   NodeForces forces;
+  EnergyBudget budget;
   PhaseTimes& times;
   std::vector<double> material_seconds;  ///< wall time of this rank in the stress updates of each material so far, s
   std::vector<Int3> active_positions;    ///< of Exchange's active nodes; only where there are forces

@@ -113,7 +113,7 @@ const config::Keys<Scene>& scene_keys() {
               "acceleration_field", &Scene::acceleration_field,
               {.about =
                    "Body force per mass as formulas of the position in m and the time t in s, added to `gravity`. It has no "
-                   "potential: history.csv counts its work in no energy.",
+                   "potential; history.csv has its work in a column of its own.",
                .unit = "m/s^2",
                .names = {"x", "y", "z", "t"},
                .default_text = "none"})

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "integrator/diagnostics.hpp"
 #include "io/checkpoint/checkpoint.hpp"
 #include "io/files/text_file.hpp"
 #include "parallel/log.hpp"
@@ -43,6 +44,7 @@ GlobalIndex Run::start() {
   state.cost = assumed_cost(scene);
   solver = start_solver(comm, scene);
   state.bounds = solver->bounds();
+  begin_energy_budget();
   const std::string fault = fixed_step_fault(scene.time_stepping, scene.grid.cell_size, state.bounds);
   if (!fault.empty()) {
     if (!scene.time_stepping.allow_unstable) throw UsageError(fault);
@@ -98,6 +100,11 @@ GlobalIndex Run::restore() {
   } else {  // the scene has other colliders or gauges now
     state.history_time = state.time;
   }
+  if (!solver->set_energy_words(state.energy_words)) {
+    begin_energy_budget();
+    warn(fmt::format("{} holds no energy budget of this scene: the one in history.csv begins at t = {:g} s", file,
+                     state.time));
+  }
   last_checkpoint.file = file;
   last_checkpoint.step = state.step;
   progress.checkpoint_time = state.time;
@@ -105,6 +112,15 @@ GlobalIndex Run::restore() {
   root_guard(comm, [&] { write_text_atomically(path_in(options.folder, "scene.toml"), scene.effective_text); });
   log(fmt::format("continuing from {} at step {}, t = {:g} s", file, state.step, state.time));
   return state.step;
+}
+
+void Run::begin_energy_budget() {
+  const Diagnostics now = diagnostics();
+  state.energy_start = {now.kinetic_energy, now.elastic_energy, now.dissipated_energy};
+}
+
+Diagnostics Run::diagnostics() const {
+  return diagnose(comm, scene.grid, scene.transfer, scene.gravity, scene.materials, solver->particles());
 }
 
 bool Run::at_end() const {

@@ -52,6 +52,9 @@ struct Run {
   /// The time that no step may cross: the next frame or the end, s.
   double next_landing() const;
 
+  /// Of the particles as they are. Collective.
+  Diagnostics diagnostics() const;
+
   /// Prints a line on the root unless the run is quiet. Not collective.
   void log(const std::string& text) const;
   /// Prints a warning on the root and keeps it for status.json. Not collective.
@@ -67,6 +70,7 @@ struct Run {
   GlobalIndex start();
   ParticleSet load(const std::string& file);
   GlobalIndex restore();
+  void begin_energy_budget();
 };
 
 }  // namespace bulkley

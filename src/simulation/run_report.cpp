@@ -12,64 +12,100 @@ namespace bulkley {
 
 namespace {
 
-std::vector<std::string> columns_of_particles() {
-  return {"step",
-          "time [s]",
-          "dt [s]",
-          "limiter",
-          "limiter_id",
-          "trials",
-          "accepted_trials",
-          "rejected_steps",
-          "unchecked_large_steps",
-          "mass [kg]",
-          "momentum_x [kg m/s]",
-          "momentum_y [kg m/s]",
-          "momentum_z [kg m/s]",
-          "angular_momentum_x [kg m^2/s]",
-          "angular_momentum_y [kg m^2/s]",
-          "angular_momentum_z [kg m^2/s]",
-          "kinetic_energy [J]",
-          "elastic_energy [J]",
-          "gravitational_energy [J]",
-          "dissipated_energy [J]",
-          "center_of_mass_x [m]",
-          "center_of_mass_y [m]",
-          "center_of_mass_z [m]",
-          "lower_x [m]",
-          "lower_y [m]",
-          "lower_z [m]",
-          "upper_x [m]",
-          "upper_y [m]",
-          "upper_z [m]",
-          "max_speed [m/s]",
-          "max_velocity_gradient [1/s]",
-          "max_wave_speed [m/s]",
-          "min_volume_ratio",
-          "max_volume_ratio",
-          "yielded_fraction",
-          "thickness_decile [cells]",
-          "particles",
-          "removed_particles",
-          "imbalance",
-          "repartitions",
-          "moved_particles",
-          "migrated_particles",
-          "halo_bytes_largest [B]",
-          "halo_bytes_mean [B]",
-          "wall_time_per_step [s]"};
+bool has_contact(const Face& face) { return behaviour(face.kind).contact.has_value(); }
+
+std::vector<std::string> columns_of_particles(const std::vector<std::string>& energies) {
+  std::vector<std::string> columns{"step",
+                                   "time [s]",
+                                   "dt [s]",
+                                   "limiter",
+                                   "limiter_id",
+                                   "trials",
+                                   "accepted_trials",
+                                   "rejected_steps",
+                                   "unchecked_large_steps",
+                                   "mass [kg]",
+                                   "momentum_x [kg m/s]",
+                                   "momentum_y [kg m/s]",
+                                   "momentum_z [kg m/s]",
+                                   "angular_momentum_x [kg m^2/s]",
+                                   "angular_momentum_y [kg m^2/s]",
+                                   "angular_momentum_z [kg m^2/s]",
+                                   "kinetic_energy [J]",
+                                   "elastic_energy [J]",
+                                   "gravitational_energy [J]",
+                                   "dissipated_energy [J]"};
+  columns.insert(columns.end(), energies.begin(), energies.end());
+  for (const char* name : {"center_of_mass_x [m]",
+                           "center_of_mass_y [m]",
+                           "center_of_mass_z [m]",
+                           "lower_x [m]",
+                           "lower_y [m]",
+                           "lower_z [m]",
+                           "upper_x [m]",
+                           "upper_y [m]",
+                           "upper_z [m]",
+                           "max_speed [m/s]",
+                           "max_velocity_gradient [1/s]",
+                           "max_wave_speed [m/s]",
+                           "min_volume_ratio",
+                           "max_volume_ratio",
+                           "yielded_fraction",
+                           "thickness_decile [cells]",
+                           "particles",
+                           "removed_particles",
+                           "imbalance",
+                           "repartitions",
+                           "moved_particles",
+                           "migrated_particles",
+                           "halo_bytes_largest [B]",
+                           "halo_bytes_mean [B]",
+                           "wall_time_per_step [s]"})
+    columns.emplace_back(name);
+  return columns;
+}
+
+/// Those of EnergyAccount, but of colliders.
+std::vector<std::string> columns_of_energies(const Scene& scene) {
+  std::vector<std::string> columns{"gravity_work [J]"};
+  if (scene.acceleration_field.given()) columns.emplace_back("acceleration_field_work [J]");
+  for (const char* name : {"to_grid_loss [J]", "time_integration_loss [J]", "to_grid_and_integration_loss [J]",
+                           "from_grid_loss [J]", "removed_energy [J]"})
+    columns.emplace_back(name);
+  for (std::size_t f = 0; f < n_faces; ++f)
+    if (has_contact(scene.faces[f]))
+      for (const char* what : {"loss", "work"})
+        columns.push_back(fmt::format("wall_{}.contact_{} [J]", face_names[f], what));
+  columns.emplace_back("energy_residual [J]");
+  return columns;
+}
+
+void add_energies(const Scene& scene, const EnergyAccount& energies, std::vector<HistoryValue>& row) {
+  row.emplace_back(energies.gravity);
+  for (const double work : energies.forces) row.emplace_back(work);
+  for (const double loss :
+       {energies.to_grid, energies.time_integration, energies.to_grid_and_integration, energies.from_grid, energies.removed})
+    row.emplace_back(loss);
+  for (std::size_t f = 0; f < n_faces; ++f)
+    if (has_contact(scene.faces[f])) {
+      row.emplace_back(energies.contact_loss[f]);
+      row.emplace_back(energies.contact_work[f]);
+    }
+  row.emplace_back(energies.residual);
 }
 
 }  // namespace
 
 std::vector<std::string> history_columns(const Scene& scene) {
-  std::vector<std::string> columns = columns_of_particles();
+  std::vector<std::string> columns = columns_of_particles(columns_of_energies(scene));
   const auto add_vector = [&](const std::string& prefix, const char* quantity, const char* unit) {
     for (const char* axis : {"x", "y", "z"}) columns.push_back(fmt::format("{}.{}_{} {}", prefix, quantity, axis, unit));
   };
   for (const Collider& collider : scene.colliders) {
     add_vector(column_prefix(collider.name), "force", "[N]");
     add_vector(column_prefix(collider.name), "torque", "[N m]");
+    for (const char* what : {"loss", "work"})
+      columns.push_back(fmt::format("{}.contact_{} [J]", column_prefix(collider.name), what));
   }
   for (const Front& front : scene.output.fronts) columns.push_back(column_prefix(front.name) + ".reach [m]");
   for (const Gauge& gauge : scene.output.gauges) {
@@ -79,9 +115,10 @@ std::vector<std::string> history_columns(const Scene& scene) {
   return columns;
 }
 
-std::vector<HistoryValue> history_row(const SimulationState& state, const StepReport* report, const Diagnostics& d,
-                                      const ContactForces& contact, const Measurements& measured, const HaloTraffic& halo,
-                                      int n_ranks, double seconds_per_step) {
+std::vector<HistoryValue> history_row(const Scene& scene, const SimulationState& state, const StepReport* report,
+                                      const Diagnostics& d, const EnergyAccount& energies, const ContactForces& contact,
+                                      const Measurements& measured, const HaloTraffic& halo, int n_ranks,
+                                      double seconds_per_step) {
   const StepBounds& b = state.bounds;
   std::vector<HistoryValue> row{state.step, state.time};
   row.emplace_back(report ? report->plan.dt : 0.0);
@@ -96,8 +133,10 @@ std::vector<HistoryValue> history_row(const SimulationState& state, const StepRe
   };
   add(d.momentum);
   add(d.angular_momentum);
-  for (const double energy : {d.kinetic_energy, d.elastic_energy, d.gravitational_energy, d.dissipated_energy})
+  for (const double energy :
+       {d.kinetic_energy, d.elastic_energy, d.gravitational_energy, d.dissipated_energy + energies.removed_dissipation})
     row.emplace_back(energy);
+  add_energies(scene, energies, row);
   add(d.center_of_mass);
   add(d.lower);
   add(d.upper);
@@ -116,6 +155,8 @@ std::vector<HistoryValue> history_row(const SimulationState& state, const StepRe
   for (std::size_t c = 0; c < n_colliders; ++c) {
     add(per_second * contact.impulses.impulse(c));
     add(per_second * contact.impulses.angular_impulse(c));
+    row.emplace_back(energies.contact_loss[n_faces + c]);
+    row.emplace_back(energies.contact_work[n_faces + c]);
   }
   for (const double reach : measured.reaches) row.emplace_back(reach);
   for (std::size_t g = 0; g < n_gauges; ++g) {

@@ -37,7 +37,8 @@ struct Measurements {
 };
 
 /// One row; `seconds_per_step`: wall time per step since the row before.
-std::vector<HistoryValue> history_row(const SimulationState& state, const StepReport* report, const Diagnostics& diagnostics,
+std::vector<HistoryValue> history_row(const Scene& scene, const SimulationState& state, const StepReport* report,
+                                      const Diagnostics& diagnostics, const EnergyAccount& energies,
                                       const ContactForces& contact, const Measurements& measured, const HaloTraffic& halo,
                                       int n_ranks, double seconds_per_step);
 

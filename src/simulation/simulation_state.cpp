@@ -51,6 +51,16 @@ void for_each_late_number(State& state, Visit visit) {
 constexpr const char* history_time_name = "history.time";
 std::string contact_word_name(std::size_t word) { return fmt::format("contact.word_{}", word); }
 
+// Most words of the energy budget are zero, and only the others are written.
+constexpr const char* n_energy_words_name = "energy.n_words";
+std::string energy_word_name(std::size_t word) { return fmt::format("energy.word_{}", word); }
+template <class State, class Visit>
+void for_each_energy_start(State& state, Visit visit) {
+  visit("energy.start_kinetic", state.energy_start.kinetic);
+  visit("energy.start_elastic", state.energy_start.elastic);
+  visit("energy.start_dissipated", state.energy_start.dissipated);
+}
+
 constexpr const char* force_prefix = "force.";  // as save_forces names them
 
 template <class Number>
@@ -82,6 +92,10 @@ void save_state(const SimulationState& state, Reals& reals, Integers& integers) 
   for_each_late_number(state, save);
   reals[history_time_name] = state.history_time;
   for (std::size_t w = 0; w < state.contact_impulses.size(); ++w) integers[contact_word_name(w)] = state.contact_impulses[w];
+  for_each_energy_start(state, save);
+  integers[n_energy_words_name] = static_cast<GlobalIndex>(state.energy_words.size());
+  for (std::size_t w = 0; w < state.energy_words.size(); ++w)
+    if (state.energy_words[w] != 0) integers[energy_word_name(w)] = state.energy_words[w];
   reals.insert(state.force_reals.begin(), state.force_reals.end());
   integers.insert(state.force_integers.begin(), state.force_integers.end());
   reals[node_cost_name] = state.cost.node;
@@ -116,6 +130,13 @@ SimulationState load_state(GlobalIndex step, double time, const Reals& reals, co
   for (auto word = integers.find(contact_word_name(0)); word != integers.end();
        word = integers.find(contact_word_name(state.contact_impulses.size())))
     state.contact_impulses.push_back(word->second);
+  if (const auto n = integers.find(n_energy_words_name); n != integers.end()) {
+    for_each_energy_start(state, [&](const char* name, double& number) { number = find_number(reals, name); });
+    for (std::size_t w = 0; w < static_cast<std::size_t>(n->second); ++w) {
+      const auto word = integers.find(energy_word_name(w));
+      state.energy_words.push_back(word != integers.end() ? word->second : 0);
+    }
+  }
   copy_prefixed(reals, state.force_reals);
   copy_prefixed(integers, state.force_integers);
   state.cost = load_cost(reals);

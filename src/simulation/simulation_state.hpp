@@ -5,6 +5,7 @@
 
 #include "balance/tile_load.hpp"
 #include "base/named_numbers.hpp"
+#include "integrator/energy_budget.hpp"
 #include "kernel/step_bounds.hpp"
 #include "stepping/time_step.hpp"
 
@@ -27,6 +28,8 @@ struct SimulationState {
   Integers force_integers;                    ///< likewise
   double history_time = 0.0;                  ///< s, of the last row of history.csv
   std::vector<GlobalIndex> contact_impulses;  ///< ContactImpulses::words since then; at a checkpoint only
+  EnergyStart energy_start;                   ///< of the particles when the energy budget began
+  std::vector<GlobalIndex> energy_words;      ///< EnergyBudget::words; at a checkpoint only
 };
 
 /// Every number of `state` but step and time by name, doubles bit for bit.

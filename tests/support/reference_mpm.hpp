@@ -79,7 +79,10 @@ inline void advance_state(const ReferenceMaterial& law, double dt, ReferencePart
     const double x = bisect(excess_volume, std::max(1.0, std::sqrt(J2 / 3.0)), mean);
     p.b = e + x * one;
     p.shear_rate = std::sqrt(2.0) * (excess - y) / (2.0 * mu * mean * dt);
-    p.dissipation += 1.5 * mu * (mean - x);
+    // Stress at the end times the strain taken away: x^3 - (e:e/2) x + det e = 1 gives dx for a change of e along itself.
+    const double scale = e.norm() > 0.0 ? (trial_deviator.norm() - e.norm()) / e.norm() : 0.0;
+    const double dx = scale * (x * e.squaredNorm() - 3.0 * e.determinant()) / (3.0 * x * x - 0.5 * e.squaredNorm());
+    p.dissipation += 1.5 * mu * dx;
   }
   p.tau = 0.5 * law.bulk_modulus * (p.J * p.J - 1.0) * one + mu * (p.b - p.b.trace() / 3.0 * one);
 }

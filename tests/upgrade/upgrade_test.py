@@ -15,6 +15,20 @@ LIMIT = 60.0  # s
 OLD_KEYS = ("step", "initial_step", "largest_step", "smallest_step")
 
 
+# What the laws dissipate was booked in another way then; it acts on nothing else.
+REBOOKED = {"plastic_dissipation"}
+
+
+def differing(outcome):
+    """The fields that a comparison names."""
+    if outcome.code not in (0, 1):
+        fail("the comparison failed", outcome)
+    fields = {line.split(":")[0] for line in outcome.text.splitlines() if " differ" in line}
+    if outcome.code == 1 and not fields:
+        fail("the comparison names no field", outcome)
+    return fields
+
+
 def newest_version(source):
     header = (source / "src/io/checkpoint/checkpoint.hpp").read_text()
     return int(re.search(r"checkpoint_version = (\d+);", header).group(1))
@@ -40,11 +54,15 @@ def continue_run(program, folder, scene, checkpoint, work):
     n_renamed = sum(key in scene.read_text(encoding="utf-8").split() for key in OLD_KEYS)
     if run.text.count("is now called") != n_renamed:
         fail(f"{name}: {n_renamed} keys of its scene have old names, and as many warnings are expected", run)
+    # Checkpoints of then hold no energy budget, which is said once and begins.
+    if run.text.count("holds no energy budget") != 1:
+        fail(f"{name}: one sentence about the energy budget is expected", run)
     outcome = program.run(["compare", name, str(folder / "end.h5"), "--tolerance", TOLERANCE], 1, work, LIMIT)
-    if outcome.code != 0:
+    if differing(outcome) - REBOOKED:
         fail(f"{name}: ends elsewhere than the program that wrote it", outcome)
     exact = program.run(["compare", name, str(folder / "end.h5")], 1, work, LIMIT)
-    print(f"{name}: read, continued on 3 ranks, same end {'bit for bit' if exact.code == 0 else 'within ' + TOLERANCE}")
+    same = "bit for bit" if not differing(exact) - REBOOKED else "within " + TOLERANCE
+    print(f"{name}: read, continued on 3 ranks, same end {same}")
 
 
 def main():

@@ -121,6 +121,27 @@ class Sheets:
         return [plot for plot, _ in self.sheets]
 
 
+def lay_out_budget(sheets: Sheets, columns: list[str]) -> None:
+    """Where the energy went, and what did work."""
+    sheets.begin("Energy lost since the start", "[J]")
+    sheets.curve("laws", "dissipated_energy [J]")
+    sheets.curve("to the grid, and time integration", "to_grid_and_integration_loss [J]")
+    sheets.curve("back to the particles", "from_grid_loss [J]")
+    sheets.curve("both transfers and time integration", "to_grid_and_integration_loss [J]", "from_grid_loss [J]")
+    sheets.curve("removed particles", "removed_energy [J]")
+    contacts = [column.removesuffix(".contact_loss [J]") for column in columns if column.endswith(".contact_loss [J]")]
+    if contacts:
+        sheets.begin("Energy lost at walls and colliders since the start", "[J]")
+        for contact in contacts:
+            sheets.curve(contact, f"{contact}.contact_loss [J]")
+    sheets.begin("Work done on the material since the start", "[J]")
+    sheets.curve("gravity", "gravity_work [J]")
+    if "acceleration_field_work [J]" in columns:
+        sheets.curve("acceleration_field", "acceleration_field_work [J]")
+    for contact in contacts:
+        sheets.curve(contact, f"{contact}.contact_work [J]")
+
+
 def laid_out(end: float, columns: list[str]) -> Sheets:
     """The plots of a history with these columns."""
     energies = [f"{name}_energy [J]" for name in ("kinetic", "elastic", "gravitational", "dissipated")]
@@ -128,8 +149,11 @@ def laid_out(end: float, columns: list[str]) -> Sheets:
     sheets.begin("Energies", "[J]")
     for name, column in zip(("kinetic", "elastic", "gravity, change", "plastic dissipation"), energies):
         sheets.curve(name, column, is_change=name.endswith("change"))
-    sheets.begin("Energy balance: change of the sum of these four", "[J]", from_zero=True)
-    sheets.curve("change of the sum", *energies, is_change=True)
+    if "energy_residual [J]" in columns:
+        lay_out_budget(sheets, columns)
+    else:  # of a version without the budget
+        sheets.begin("Energy balance: change of the sum of these four", "[J]", from_zero=True)
+        sheets.curve("change of the sum", *energies, is_change=True)
     sheets.begin("Momentum", "[kg m/s]")
     sheets.vector("momentum", "[kg m/s]")
     sheets.begin("Angular momentum about the origin", "[kg m\u00b2/s]")

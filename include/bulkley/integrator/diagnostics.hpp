@@ -9,7 +9,7 @@ struct Diagnostics {
   double mass = 0.0;                                ///< kg
   Vec3 momentum = Vec3::Zero();                     ///< kg m/s
   Vec3 angular_momentum = Vec3::Zero();             ///< kg m^2/s about the origin; with the affine part for APIC
-  double kinetic_energy = 0.0;                      ///< J, of the particle velocities
+  double kinetic_energy = 0.0;                      ///< J, of the particle velocities; with the affine part for APIC
   double elastic_energy = 0.0;                      ///< J
   double gravitational_energy = 0.0;                ///< J, -sum m g . x
   double dissipated_energy = 0.0;                   ///< J, by plastic flow since the start

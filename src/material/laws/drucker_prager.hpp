@@ -100,8 +100,8 @@ struct DruckerPrager {
     return {select(slides, allowed / select(slides, norm, broadcast<Real>(1.0)), broadcast<Real>(1.0)), excess};
   }
 
-  /// See law.hpp. The rate reported is sqrt(2) times the deviatoric plastic strain rate; dissipation is the elastic energy that
-  /// the return took away. Requires det(1 + dt L) > 0.
+  /// See law.hpp. The rate reported is sqrt(2) times the deviatoric plastic strain rate; dissipation is the stress after the
+  /// return times the plastic strain, 2 mu ||dev e|| ||plastic strain||. Requires det(1 + dt L) > 0.
   template <class Real>
   Update<Real> update(State<Real, 1>& state, const Tensor<Real>& velocity_gradient, double dt) const {
     deform(static_cast<State<Real>&>(state), velocity_gradient, dt);
@@ -118,7 +118,7 @@ struct DruckerPrager {
     hardening += back.plastic_strain;
     const Real volumetric = minimum(total, broadcast<Real>(tip_strain()));
     return {elastic().kirchhoff_stress(trial, back.ratio, volumetric), back.plastic_strain * (std::sqrt(2.0) / dt),
-            parameters.shear_modulus * (squared * (1.0 - back.ratio * back.ratio))};
+            (2.0 * parameters.shear_modulus) * ((norm * back.ratio) * back.plastic_strain)};
   }
 
  private:

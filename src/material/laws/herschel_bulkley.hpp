@@ -13,10 +13,21 @@
 
 namespace bulkley {
 
+/// What flow dissipates in a step that takes ||dev b|| from its trial value to the part `ratio` of it, J per m^3 of reference
+/// volume (T23): mu (3/2) dx/d||e|| at the end of the step times (1 - ratio) ||dev b_trial||, with J2, J3 and the mean x of b
+/// there. Apart from flow_step, whose products shall not fuse with these. Not collective.
+template <class Real>
+[[gnu::noinline]] Real flow_dissipation(double mu, Real trial_norm_squared, Real J2, Real J3, Real mean, Real ratio) {
+  const Real zero = broadcast<Real>(0.0);
+  const Real slope = ratio * mean * trial_norm_squared - 3.0 * J3 / maximum(ratio, broadcast<Real>(1e-100));
+  const Real taken = maximum(zero, 1.0 - ratio);
+  return maximum(zero, (1.5 * mu) * (taken * slope / (3.0 * (mean * mean) - J2)));
+}
+
 /// One step of a neo-Hookean solid that flows by `rule` (T19) to (T23): elastic trial; backward Euler on s (return_map.hpp);
 /// the deviator scaled to the new s; the spherical part of b chosen such that det b = 1. The common alternative for the last
-/// step, dividing b by (det b)^(1/3), would shrink s as well. Dissipation is (3/2) mu (tr b_trial / 3 - tr b / 3), the elastic
-/// energy that the flow took away. Requires det(1 + dt L) > 0 and dt > 0. Not collective.
+/// step, dividing b by (det b)^(1/3), would shrink s as well. Dissipation (T23) is the elastic energy per strain at the end of the
+/// step times the strain that the flow took away. Requires det(1 + dt L) > 0 and dt > 0. Not collective.
 template <class Real, class Number>
 inline Update<Real> flow_step(const NeoHookean& elastic, const FlowRule<Number>& rule, State<Real>& state,
                               const Tensor<Real>& velocity_gradient, double dt) {
@@ -37,7 +48,7 @@ inline Update<Real> flow_step(const NeoHookean& elastic, const FlowRule<Number>&
     const Real mean = isochoric_mean(J2, J3, trial_mean, flow.yields);
     for (Real& component : e.c) component *= flow.ratio;  // 1 where elastic
     for (int c = 0; c < 6; ++c) b.c[c] = c < 3 ? select(flow.yields, e.c[c] + mean, b.c[c]) : e.c[c];
-    dissipation = select(flow.yields, (1.5 * mu) * (trial_mean - mean), zero);
+    dissipation = select(flow.yields, flow_dissipation(mu, trial_norm_squared, J2, J3, mean, flow.ratio), zero);
   }
   return {elastic.kirchhoff_stress(e, state.volume_ratio), std::sqrt(2.0) * flow.rate, dissipation};
 }

@@ -55,8 +55,18 @@ struct OldroydB {
     return energy - (0.5 * parameters.shear_modulus) * logarithm(determinant(state.left_cauchy_green));
   }
 
+  /// The rate at which relaxation takes elastic energy, W per m^3 of reference volume: (G / (2 lambda)) (tr b + tr b^-1 - 6),
+  /// in the isochoric form (G / (2 lambda)) (tr b tr b^-1 / 3 - 3). Apart from `update`, whose products shall not fuse with
+  /// these.
+  template <class Real>
+  [[gnu::noinline]] Real relaxation_power(const SymTensor<Real>& b) const {
+    const Real sum = trace(b), inverse_sum = 0.5 * (sum * sum - norm_squared(b)) / determinant(b);
+    const Real excess = parameters.form == Form::isochoric ? sum * inverse_sum * (1.0 / 3.0) - 3.0 : sum + inverse_sum - 6.0;
+    return (0.5 * parameters.shear_modulus / parameters.relaxation_time) * maximum(excess, broadcast<Real>(0.0));
+  }
+
   /// See law.hpp: b_tr = f b f^T (det f)^(-2/3); backward Euler b = (b_tr + (dt / lambda) 1) / (1 + dt / lambda); scaled, if
-  /// isochoric. Dissipation is the energy that relaxation takes away. The rate reported is that of the relaxation,
+  /// isochoric. Dissipation: see relaxation_power. The rate reported is that of the relaxation,
   /// ||dev b_tr - dev b|| / (sqrt(2) dt): in steady shear with small elastic strain the shear rate. Requires
   /// det(1 + dt L) > 0.
   template <class Real>
@@ -64,7 +74,6 @@ struct OldroydB {
     deform(state, velocity_gradient, dt);
     SymTensor<Real>& b = state.left_cauchy_green;
     const SymTensor<Real> trial = b;
-    const Real energy_before = energy_density(state);
     const double part = dt / parameters.relaxation_time, scale = 1.0 / (1.0 + part);
     for (int c = 0; c < 6; ++c) b.c[c] = (b.c[c] + (c < 3 ? part : 0.0)) * scale;
     if (parameters.form == Form::isochoric) {
@@ -74,8 +83,7 @@ struct OldroydB {
     SymTensor<Real> relaxed;
     for (int c = 0; c < 6; ++c) relaxed.c[c] = trial.c[c] - b.c[c];
     const Real rate = square_root(0.5 * norm_squared(deviator(relaxed))) * (1.0 / dt);
-    const Real lost = energy_before - energy_density(state);
-    Update<Real> result{kirchhoff_stress(state), rate, maximum(lost, broadcast<Real>(0.0))};
+    Update<Real> result{kirchhoff_stress(state), rate, relaxation_power(b) * dt};
     if (parameters.solvent_viscosity > 0.0)
       add_viscous_stress(result, velocity_gradient, state.volume_ratio, parameters.solvent_viscosity, dt);
     return result;

@@ -48,8 +48,8 @@ struct Snow {
     return stiffening(state.internal[0]) * elastic().energy_density(elastic_state(state));
   }
 
-  /// See law.hpp. The rate reported is sqrt(2) ||dev of the plastic logarithmic strain|| / dt; dissipation is the elastic energy
-  /// that the clamping took away, with the moduli at the step's start. Requires det(1 + dt L) > 0.
+  /// See law.hpp. The rate reported is sqrt(2) ||dev of the plastic logarithmic strain|| / dt; dissipation is
+  /// flow_dissipation. Requires det(1 + dt L) > 0.
   template <class Real>
   Update<Real> update(State<Real, 1>& state, const Tensor<Real>& velocity_gradient, double dt) const {
     const Real zero = broadcast<Real>(0.0), one = broadcast<Real>(1.0);
@@ -81,10 +81,27 @@ struct Snow {
       Real sum = zero;
       for (const Real& value : logarithms) sum += (value - mean) * (value - mean);
       rate = select(yields, square_root(2.0 * sum) * (1.0 / dt), zero);
-      const Real lost = elastic().energy_density(trial) - elastic().energy_density(elastic_state(state));
-      dissipation = select(yields, stiffening(before) * maximum(lost, zero), zero);
+      dissipation = select(yields, flow_dissipation(v, J, logarithms, stiffening(before), stiffening(plastic)), zero);
     }
     return {elastic().kirchhoff_stress(v, J, stiffening(plastic)), rate, dissipation};
+  }
+
+  /// The stress after clamping times the plastic logarithmic strain, less the energy that hardening stores in the elastic
+  /// strain (softening sets it free), J per m^3 of reference volume: what the energy lacks once the step is small. Negative
+  /// where the clamped stretch is held against its stress, which this flow rule allows. `v`, `J`: elastic, at the end of the
+  /// step. Apart from `update`, whose products shall not fuse with these.
+  template <class Real>
+  [[gnu::noinline]] Real flow_dissipation(const Stretches<Real>& v, Real J, const Real (&plastic_strain)[3],
+                                          Real stiffening_before, Real stiffening_after) const {
+    const double mu = parameters.shear_modulus, lambda = elastic().lambda();
+    Real work = broadcast<Real>(0.0), sum = broadcast<Real>(0.0);
+    for (int k = 0; k < 3; ++k) {
+      const Real strain = v.value[k] - 1.0;
+      work += ((2.0 * mu) * (strain * v.value[k]) + lambda * (J * (J - 1.0))) * plastic_strain[k];
+      sum += strain * strain;
+    }
+    const Real energy = mu * sum + (0.5 * lambda) * ((J - 1.0) * (J - 1.0));
+    return stiffening_after * work - (stiffening_after - stiffening_before) * energy;
   }
 
  private:

@@ -42,6 +42,7 @@ void CheckpointOutput::write(Run& run) {
   header.scene_text = run.scene.effective_text;
   header.code_version = fmt::format("{} ({})", version, git_commit);
   state.contact_impulses = run.solver->contact_impulses().words();
+  state.energy_words = run.solver->energy_words();
   run.solver->save_forces(state.force_reals, state.force_integers);
   save_state(state, header.reals, header.integers);
   write_checkpoint(run.comm, run.options.folder, header, run.solver->particles(), material_names(run.scene),

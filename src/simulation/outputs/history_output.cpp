@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "integrator/column_thickness.hpp"
-#include "integrator/diagnostics.hpp"
 #include "integrator/fronts.hpp"
 
 namespace bulkley {
@@ -23,18 +22,17 @@ bool HistoryOutput::is_due(const Run& run, const Occasion& occasion) const {
 void HistoryOutput::write(Run& run) {
   const double before = MPI_Wtime();
   SimulationState& state = run.state;
-  const Scene& scene = run.scene;
-  const Diagnostics diagnostics =
-      diagnose(run.comm, scene.grid, scene.transfer, scene.gravity, scene.materials, run.solver->particles());
+  Diagnostics diagnostics = run.diagnostics();
+  const EnergyAccount energies = energy_account(run.solver->energy_totals(), state.energy_start, diagnostics);
   const auto steps = static_cast<double>(std::max<GlobalIndex>(state.step - row_step_, 1));
   const double seconds_per_step = (run.clock.stepping - row_stepping_) / steps;
   const ContactForces contact{run.solver->contact_impulses(), state.time - state.history_time};
   const StepReport* step = state.step > run.clock.first_step ? &run.last_step : nullptr;
-  const Measurements measured{
-      thickness_decile(run.comm, scene.grid, scene.gravity, run.solver->particles(), diagnostics.lower, diagnostics.upper),
-      reaches(run.comm, scene.output.fronts, run.solver->particles()), gauge_areas_};
-  history_.write(run.comm, history_row(state, step, diagnostics, contact, measured, run.halo_traffic(), run.comm.size(),
-                                       seconds_per_step));
+  const Measurements measured{thickness_decile(run.comm, run.scene.grid, run.scene.gravity, run.solver->particles(),
+                                               diagnostics.lower, diagnostics.upper),
+                              reaches(run.comm, run.scene.output.fronts, run.solver->particles()), gauge_areas_};
+  history_.write(run.comm, history_row(run.scene, state, step, diagnostics, energies, contact, measured, run.halo_traffic(),
+                                       run.comm.size(), seconds_per_step));
   run.solver->set_contact_impulses(no_contact_impulses(run.solver->physics()));
   state.history_time = state.time;
   row_step_ = state.step;

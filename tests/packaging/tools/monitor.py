@@ -108,6 +108,13 @@ class Monitor:
         energies = [f"{name}_energy [J]" for name in ("kinetic", "elastic", "gravitational", "dissipated")]
         change = sum(float(rows[-1][name]) - float(rows[0][name]) for name in energies)
         expect(near(status["energy_change"], change), f"finished: energy change {status['energy_change']}, not {change}")
+        account, first = status["energy_account"], rows[0]
+        parts = [sum(status[f"{name}_energy"] - float(first[f"{name}_energy [J]"]) for name in ("kinetic", "elastic", "dissipated")),
+                 account["to_grid_and_integration_loss"], account["from_grid_loss"], account["removed_energy"],
+                 *account["contact_losses"].values(), -account["gravity_work"],
+                 *(-work for work in account["contact_works"].values())]
+        expect("plate" in account["contact_losses"], "finished: no contact with the plate in the account")
+        expect(abs(sum(parts)) < 1e-4 * max(map(abs, parts)), f"finished: the energy account leaves {sum(parts)} of {parts}")
         limited = [row["limiter"] for row in rows if row["limiter"] != "start"]
         for name, share in status["limiter_shares"].items():
             expect(near(share, limited.count(name) / len(limited)), f"finished: share of {name} is {share}")

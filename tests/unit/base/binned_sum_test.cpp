@@ -233,5 +233,38 @@ TEST(BinnedSum, ProductsAreThoseOfDoubles) {
   EXPECT_TRUE(std::isnan(dot_of({0.0, 1.0}, {infinity, 1.0})));
 }
 
+// What is taken away again leaves exactly what was there, and words carry every bit.
+TEST(BinnedSum, SubtractsAndTravelsAsWords) {
+  std::mt19937_64 random(7);
+  std::normal_distribution<double> normal;
+  std::vector<double> small, large;
+  for (int i = 0; i < 3000; ++i) {
+    small.push_back(normal(random));
+    large.push_back(1e6 * normal(random));
+  }
+  BinnedSum sum, taken;
+  sum.add(large);
+  sum.add(small);
+  taken.add(large);
+  sum.subtract(taken);
+  EXPECT_NEAR(sum.value(), exact_sum(small), 3000.0 * 0x1p-80 * 5e6);
+  EXPECT_NE(taken.value(), 0.0);
+  taken.subtract(taken);
+  EXPECT_EQ(taken.value(), 0.0);
+
+  const auto words = sum.words();
+  const BinnedSum again = BinnedSum::of_words(words);
+  EXPECT_EQ(again.value(), sum.value());
+  EXPECT_EQ(again.words(), words);
+  for (const double special : {infinity, -infinity, nan}) {
+    BinnedSum other;
+    other.add(std::vector<double>{1.0, special});
+    EXPECT_EQ(BinnedSum::of_words(other.words()).words(), other.words());
+    EXPECT_EQ(std::isnan(BinnedSum::of_words(other.words()).value()), std::isnan(special));
+  }
+  const auto none = BinnedSum{}.words();
+  EXPECT_TRUE(std::all_of(none.begin(), none.end(), [](std::int64_t word) { return word == 0; }));
+}
+
 }  // namespace
 }  // namespace bulkley

@@ -16,6 +16,10 @@ using namespace material_test;
 
 constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
 
+// Snow's stretches are held one by one, also against their stress, and that gains energy.
+template <class Law>
+constexpr bool may_not_gain = !std::is_same_v<Law, Snow>;
+
 class AllLaws : public testing::TestWithParam<LawSample> {
  protected:
   template <class Visit>
@@ -63,7 +67,9 @@ TEST_P(AllLaws, UpdatesAreConsistent) {
         const auto update = law.update(state, L, 1e-3);
         ASSERT_TRUE(is_finite(state, update));
         EXPECT_NEAR(state.volume_ratio, J, 1e-13 * J);
-        EXPECT_GE(update.dissipation, 0.0);
+        if (may_not_gain<Law>) {
+          EXPECT_GE(update.dissipation, 0.0);
+        }
         EXPECT_GE(update.plastic_shear_rate, 0.0);
         n_flowing += update.plastic_shear_rate > 0.0;
         SymTensor<double> tau = law.kirchhoff_stress(state);
@@ -261,6 +267,36 @@ TEST_P(AllLaws, NaNShows) {
   });
 }
 
+// What is left of the work of the stress at the end of each of `n` steps, after storage and dissipation; and that work.
+template <class Law>
+std::pair<double, double> unaccounted_work(const Law& law, const Tensor<double>& L, double duration, int n) {
+  auto state = state_at_rest(law);
+  double work = 0.0, dissipation = 0.0;
+  for (int step = 0; step < n; ++step) {
+    const auto update = law.update(state, L, duration / n);
+    for (int r = 0; r < 3; ++r)
+      for (int c = 0; c < 3; ++c) work += update.kirchhoff_stress(r, c) * L(r, c) * duration / n;
+    dissipation += update.dissipation;
+  }
+  return {work - law.energy_density(state) - dissipation, work};
+}
+
+// All work is stored or dissipated in the limit of small steps: what is left is of first order, and gone by extrapolation.
+TEST_P(AllLaws, WorkIsStoredOrDissipated) {
+  with_law([&](const auto& law) {
+    std::mt19937_64 random(60);
+    for (int path = 0; path < 8; ++path) {
+      Tensor<double> L = random_tensor(random, rate());
+      if (L(0, 0) + L(1, 1) + L(2, 2) > 0.0)  // sand does nothing where it expands
+        for (double& c : L.c) c = -c;
+      const auto [coarse, work] = unaccounted_work(law, L, 1e-2, 1000);
+      const auto [fine, finer_work] = unaccounted_work(law, L, 1e-2, 2000);
+      EXPECT_GT(work, 0.0);
+      EXPECT_NEAR(2.0 * fine - coarse, 0.0, 1e-4 * work) << path << ": " << coarse << ", " << fine;
+    }
+  });
+}
+
 // Far beyond what a simulation should meet, results stay numbers, and the elastic volume follows.
 TEST_P(AllLaws, ExtremeStatesStayFinite) {
   with_law([&](const auto& law) {
@@ -281,7 +317,9 @@ TEST_P(AllLaws, ExtremeStatesStayFinite) {
         for (int step = 0; step < 2; ++step) {
           const auto update = advance<Pack>(law, state, step == 0 ? L : Tensor<double>{}, dt);
           EXPECT_TRUE(is_finite(state, update)) << dt;
-          EXPECT_GE(update.dissipation, 0.0);
+          if (may_not_gain<std::decay_t<decltype(law)>>) {
+            EXPECT_GE(update.dissipation, 0.0);
+          }
           const double speed = law.wave_speed_squared(state);
           EXPECT_TRUE(std::isfinite(speed) && speed > 0.0) << speed;
           EXPECT_TRUE(std::isfinite(law.energy_density(state)));

@@ -134,7 +134,8 @@ TYPED_TEST(DruckerPragerOf, Hardening) {
   }
 }
 
-// The deviator shrinks by one factor, at constant volume; what goes is what is dissipated.
+// The deviator shrinks by one factor, at constant volume; the energy lost is quadratic in it, and at the stress of the end it
+// is dissipated.
 TYPED_TEST(DruckerPragerOf, SlidingKeepsTheVolumeAndTheDirection) {
   std::mt19937_64 random(76);
   int n_sliding = 0;
@@ -147,7 +148,11 @@ TYPED_TEST(DruckerPragerOf, SlidingKeepsTheVolumeAndTheDirection) {
     const auto trial_tau = sand.elastic().kirchhoff_stress(static_cast<const State<double>&>(trial));
     const double trial_energy = sand.energy_density(trial);
     const auto update = advance<TypeParam>(sand, state, L, 1.0);
-    EXPECT_NEAR(update.dissipation, trial_energy - sand.energy_density(state), 1e-9);
+    const auto trial_strain = log_strain(trial.left_cauchy_green), strain = log_strain(state.left_cauchy_green);
+    const double kept = std::sqrt(strain.norm_squared()), taken = std::sqrt(trial_strain.norm_squared()) - kept;
+    const double stiffness = sand.parameters.shear_modulus;
+    EXPECT_NEAR(update.dissipation, 2.0 * stiffness * kept * taken, 1e-9);
+    EXPECT_NEAR(trial_energy - sand.energy_density(state), update.dissipation + stiffness * taken * taken, 1e-9);
     if (update.plastic_shear_rate == 0.0 || state.volume_ratio > 0.999) continue;
     ++n_sliding;
     EXPECT_NEAR(trace(update.kirchhoff_stress), trace(trial_tau), 1e-8);

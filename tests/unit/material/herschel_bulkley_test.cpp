@@ -126,9 +126,11 @@ TEST_P(EveryLaw, RandomStepsKeepTheInvariants) {
       EXPECT_EQ(state.volume_ratio, trial.volume_ratio);  // flow keeps the volume
       EXPECT_GE(result.dissipation, 0.0);
       EXPECT_GE(result.plastic_shear_rate, 0.0);
-      // The energy that the flow takes away is what it dissipates.
+      // The stress falls during the step: at its end it dissipates less than the energy that the flow takes away.
       const double scale = law().parameters.shear_modulus * trial_mean + 1e-3 * law().parameters.bulk_modulus;
-      EXPECT_NEAR(law().energy_density(trial) - law().energy_density(state), result.dissipation, 1e-13 * scale);
+      const double lost = law().energy_density(trial) - law().energy_density(state);
+      EXPECT_LE(result.dissipation, lost + 1e-13 * scale);
+      EXPECT_EQ(result.dissipation > 0.0, result.plastic_shear_rate > 0.0);
       // The stress returned is the stress of the state, to rounding.
       EXPECT_LE(largest_difference(result.kirchhoff_stress, law().kirchhoff_stress(state)),
                 1e-15 * (scale + largest_component(result.kirchhoff_stress)));

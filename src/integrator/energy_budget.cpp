@@ -1,0 +1,275 @@
+#include "integrator/energy_budget.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+#include <variant>
+
+#include "bulkley/base/error.hpp"
+#include "bulkley/base/pack.hpp"
+#include "kernel/stress_update.hpp"
+#include "parallel/reproducible_sum.hpp"
+
+namespace bulkley {
+
+namespace {
+
+// Addends of nodes and particles are formed in blocks that BinnedSum reads from the first-level cache.
+constexpr std::size_t block_size = 1024;
+using Block = double[block_size];
+
+double kinetic_energy(const ParticleSet& particles, LocalIndex p, double inertia) {
+  double affine = 0.0;
+  if (inertia > 0.0)
+    for (int c = 0; c < 9; ++c) {
+      const double value = particles.real(Field::affine_velocity, c)[p];
+      affine += value * value;
+    }
+  return 0.5 * particles.real(Field::mass)[p] * (particles.vector(Field::velocity, p).squaredNorm() + inertia * affine);
+}
+
+// Calls fill(n, i) for every node n of `active` in blocks, i being its place in the block, then done(size).
+template <class Fill, class Done>
+void by_blocks(std::span<const LocalIndex> active, Fill fill, Done done) {
+  for (std::size_t first = 0; first < active.size(); first += block_size) {
+    const std::size_t size = std::min(block_size, active.size() - first);
+    for (std::size_t i = 0; i < size; ++i) fill(active[first + i], i);
+    done(size);
+  }
+}
+
+}  // namespace
+
+EnergyAccount energy_account(const EnergyTotals& totals, const EnergyStart& start, const Diagnostics& now) {
+  EnergyAccount account;
+  account.kinetic = now.kinetic_energy - start.kinetic;
+  account.elastic = now.elastic_energy - start.elastic;
+  account.dissipated = now.dissipated_energy + totals.removed_dissipation - start.dissipated;
+  account.removed_dissipation = totals.removed_dissipation;
+  account.gravity = totals.gravity;
+  account.forces = totals.forces;
+  account.removed = totals.removed_kinetic + totals.removed_elastic;
+  account.from_grid = totals.from_grid;
+  const double received = std::accumulate(totals.forces.begin(), totals.forces.end(), totals.gravity);
+  const double kept = account.elastic + totals.removed_elastic + account.dissipated;
+  const double left_over = received - kept - totals.kicks;
+  constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+  account.to_grid = totals.combined ? unknown : totals.to_grid;
+  account.time_integration = totals.combined ? unknown : left_over;
+  account.to_grid_and_integration = totals.to_grid + left_over;
+  double contact = 0.0;
+  for (std::size_t k = 0; k < totals.contact_energy.size(); ++k) {
+    contact += totals.contact_energy[k];
+    account.contact_work.push_back(totals.contact_work[k]);
+    account.contact_loss.push_back(totals.contact_work[k] - totals.contact_energy[k]);
+  }
+  // The kinetic energy of the particles, against what all stages did to it.
+  account.residual = account.kinetic + totals.removed_kinetic + totals.to_grid + totals.from_grid - totals.kicks - contact;
+  return account;
+}
+
+EnergyBudget::EnergyBudget(const Physics& physics, std::size_t n_forces)
+    : physics_(physics),
+      n_forces_(n_forces),
+      inertia_(affine_inertia(physics.grid, physics.transfer)),
+      sums_(n_terms + n_forces + 2 * (n_faces + physics.colliders.size())),
+      trial_(sums_.size()),
+      contact_(physics.colliders.size()),
+      force_impulses_(n_forces) {}
+
+void EnergyBudget::begin_trial() {
+  std::fill(trial_.begin(), trial_.end(), BinnedSum{});
+  contact_.clear();
+  for (std::vector<Vec3>& impulses : force_impulses_) impulses.clear();
+}
+
+void EnergyBudget::before_force(std::span<const LocalIndex> active, const Node* impulses) {
+  impulse_before_.clear();
+  for (const LocalIndex n : active) impulse_before_.emplace_back(impulses[n].c[0], impulses[n].c[1], impulses[n].c[2]);
+}
+
+void EnergyBudget::after_force(std::size_t force, std::span<const LocalIndex> active, const Node* impulses) {
+  std::vector<Vec3>& given = force_impulses_[force];
+  given.clear();
+  for (std::size_t a = 0; a < active.size(); ++a) {
+    const double* now = impulses[active[a]].c;
+    given.push_back(Vec3(now[0], now[1], now[2]) - impulse_before_[a]);
+  }
+}
+
+void EnergyBudget::before_kick(const GridUpdate& update, std::span<const LocalIndex> active, const Node* nodes,
+                               const Node* impulse) {
+  BULKLEY_ASSERT(combined_ == (impulse == nullptr));
+  if (combined_) return;
+  const Vec3 fall = update.dt * update.gravity;
+  Block before, kick;
+  by_blocks(
+      active,
+      [&](LocalIndex n, std::size_t i) {
+        const double* q = nodes[n].c;
+        const double* f = impulse[n].c;
+        const double mass = q[3];
+        double energy = 0.0, work = 0.0;
+        for (int a = 0; a < 3; ++a) {
+          const double given = f[a] + mass * fall[a];
+          energy += q[a] * q[a];
+          work += given * (q[a] + 0.5 * given);
+        }
+        const bool moves = mass > update.smallest_mass;
+        const double inverse = moves ? 1.0 / mass : 0.0;
+        before[i] = moves ? -0.5 * energy * inverse : 0.0;
+        kick[i] = moves ? work * inverse : 0.0;
+      },
+      [&](std::size_t size) {
+        trial_[to_grid].add({before, size});
+        trial_[kicks].add({kick, size});
+      });
+}
+
+void EnergyBudget::after_contact(const GridUpdate& update, std::span<const LocalIndex> active, const Node* nodes) {
+  const Vec3 fall = update.dt * update.gravity;
+  const bool falls = !fall.isZero(0.0);
+  Block energy, work;
+  by_blocks(
+      active,
+      [&](LocalIndex n, std::size_t i) {
+        const double* v = nodes[n].c;
+        energy[i] = (0.5 * v[3]) * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+        work[i] = v[3] * (v[0] * fall[0] + v[1] * fall[1] + v[2] * fall[2]);
+      },
+      [&](std::size_t size) {
+        trial_[from_grid].add({energy, size});
+        if (falls) trial_[gravity].add({work, size});
+      });
+  trial_[to_grid].add(contact_.before());
+  trial_[from_grid].add(contact_.after());
+  trial_[kicks].add(contact_.kicks());
+  trial_[gravity].add(contact_.gravity());
+  for (std::size_t k = 0; k < contact_.places().size(); ++k) {
+    trial_[energy_term(k)].add(contact_.places()[k].energy);
+    trial_[energy_term(k) + 1].add(contact_.places()[k].work);
+    if (combined_) trial_[to_grid].merge(trial_[energy_term(k)]);
+  }
+  if (combined_) trial_[to_grid].subtract(trial_[from_grid]);
+  std::vector<double> works;
+  for (std::size_t force = 0; force < n_forces_; ++force) {
+    const std::vector<Vec3>& impulses = force_impulses_[force];
+    works.clear();
+    for (std::size_t a = 0; a < impulses.size(); ++a) {
+      const double* v = nodes[active[a]].c;
+      works.push_back(impulses[a].dot(Vec3(v[0], v[1], v[2])));
+    }
+    trial_[force_term(force)].add(works);
+  }
+}
+
+void EnergyBudget::accept(const ParticleSet& particles) {
+  if (!knows_kinetic_) add_moved(particles, {});
+  knows_kinetic_ = true;
+  for (std::size_t k = 0; k < sums_.size(); ++k) sums_[k].merge(trial_[k]);
+  sums_[to_grid].merge(sums_[kinetic]);
+  sums_[kinetic] = {};
+}
+
+void EnergyBudget::add_moved(const ParticleSet& particles, ParticleBlock block) {
+  const LocalIndex end = std::min(block.end, particles.size());
+  const double* const mass = particles.real(Field::mass);
+  const double* v[3];
+  const double* affine[9];
+  for (int a = 0; a < 3; ++a) v[a] = particles.real(Field::velocity, a);
+  for (int c = 0; c < 9; ++c) affine[c] = particles.real(Field::affine_velocity, c);
+  alignas(sizeof(Pack)) Block energy;
+  for (LocalIndex first = block.begin; first < end; first += static_cast<LocalIndex>(block_size)) {
+    const LocalIndex size = std::min<LocalIndex>(static_cast<LocalIndex>(block_size), end - first);
+    for (LocalIndex i = 0; i < size; i += n_lanes) {
+      const LocalIndex p = first + i;
+      Pack sum{};
+      if (inertia_ > 0.0) {
+        for (const double* column : affine) {
+          const Pack value = load(column + p);
+          sum += value * value;
+        }
+        sum *= inertia_;
+      }
+      for (const double* column : v) {
+        const Pack value = load(column + p);
+        sum += value * value;
+      }
+      store(energy + i, (0.5 * load(mass + p)) * sum);
+    }
+    sums_[kinetic].add({energy, static_cast<std::size_t>(size)});
+  }
+}
+
+void EnergyBudget::end_step(const ParticleSet& particles, std::span<const LocalIndex> removed) {
+  sums_[from_grid].subtract(sums_[kinetic]);
+  if (removed.empty()) return;
+  std::vector<double> moving, elastic, dissipated;
+  for (const LocalIndex p : removed) {
+    const double volume = particles.real(Field::reference_volume)[p];
+    const Material& material = physics_.materials[particles.material()[p]].material;
+    moving.push_back(kinetic_energy(particles, p, inertia_));
+    elastic.push_back(
+        volume *
+        std::visit([&](const auto& law) { return law.energy_density(particle_state(law, particles, p)); }, material));
+    dissipated.push_back(volume * particles.real(Field::plastic_dissipation)[p]);
+  }
+  sums_[removed_kinetic].add(moving);
+  sums_[removed_elastic].add(elastic);
+  sums_[removed_dissipation].add(dissipated);
+  for (double& energy : moving) energy = -energy;
+  sums_[kinetic].add(moving);
+}
+
+std::vector<BinnedSum> EnergyBudget::sums(const Comm& comm) const {
+  std::vector<BinnedSum> sums = sums_;
+  merge_global(comm, sums);
+  return sums;
+}
+
+EnergyTotals EnergyBudget::totals(const Comm& comm) const {
+  const std::vector<BinnedSum> all = sums(comm);
+  EnergyTotals totals;
+  totals.to_grid = all[to_grid].value();
+  totals.kicks = all[kicks].value();
+  totals.from_grid = all[from_grid].value();
+  totals.gravity = all[gravity].value();
+  totals.removed_kinetic = all[removed_kinetic].value();
+  totals.removed_elastic = all[removed_elastic].value();
+  totals.removed_dissipation = all[removed_dissipation].value();
+  for (std::size_t force = 0; force < n_forces_; ++force) totals.forces.push_back(all[force_term(force)].value());
+  for (std::size_t k = 0; k < contact_.places().size(); ++k) {
+    totals.contact_energy.push_back(all[energy_term(k)].value());
+    totals.contact_work.push_back(all[energy_term(k) + 1].value());
+  }
+  totals.combined = combined_;
+  return totals;
+}
+
+std::vector<std::int64_t> EnergyBudget::words(const Comm& comm) const {
+  std::vector<std::int64_t> result{combined_ ? 1 : 0};
+  for (const BinnedSum& sum : sums(comm)) {
+    const auto words = sum.words();
+    result.insert(result.end(), words.begin(), words.end());
+  }
+  return result;
+}
+
+bool EnergyBudget::set_words(const Comm& comm, std::span<const std::int64_t> words) {
+  constexpr std::size_t n = BinnedSum::n_words;
+  if (words.size() != 1 + n * sums_.size() || words[0] != (combined_ ? 1 : 0)) return false;
+  std::fill(sums_.begin(), sums_.end(), BinnedSum{});
+  knows_kinetic_ = true;
+  if (comm.is_root())
+    for (std::size_t k = 0; k < sums_.size(); ++k) sums_[k] = BinnedSum::of_words(words.subspan(1 + n * k).first<n>());
+  return true;
+}
+
+std::size_t EnergyBudget::memory() const {
+  std::size_t total = (sums_.capacity() + trial_.capacity()) * sizeof(BinnedSum) + contact_.memory() +
+                      impulse_before_.capacity() * sizeof(Vec3);
+  for (const auto& impulses : force_impulses_) total += impulses.capacity() * sizeof(Vec3);
+  return total;
+}
+
+}  // namespace bulkley
