@@ -43,6 +43,7 @@ inline const std::vector<BoundedCase>& bounded_cases() {
       {"Herschel-Bulkley (pie), APIC, mls", "pie", {apic, quadratic, mls}},
       {"neo-Hookean, APIC, bspline", "neo_hookean", {apic, quadratic, bspline}, {0.80}},
       {"neo-Hookean, PIC/FLIP blend, mls", "neo_hookean", {blend, quadratic, mls}, {0.55}},
+      {"neo-Hookean, moment FLIP, mls", "neo_hookean", {moment_flip, quadratic, mls}, {0.75}},
       {"neo-Hookean, cubic, APIC, mls", "neo_hookean", {apic, cubic, mls}, {1.4}},
   };
   return cases;

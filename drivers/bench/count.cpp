@@ -17,6 +17,7 @@ bool quadratic(const WorkCase& w) { return w.transfer.order == SplineOrder::quad
 bool split(const WorkCase& w) { return w.transfer.keeps_residual(); }
 bool bspline(const WorkCase& w) { return w.transfer.gradient == GradientForm::bspline; }
 bool moments(const WorkCase& w) { return w.transfer.affine() || !bspline(w); }
+bool both_residuals(const WorkCase& w) { return split(w) && w.transfer.affine(); }
 
 // Of three axes: offset in the stencil, and the weights or their derivatives.
 double weight_flops(const WorkCase& w) { return 3.0 * (quadratic(w) ? 4 + 9 : 4 + 20); }
@@ -34,7 +35,7 @@ WorkTerm p2g_coefficients(const WorkCase& w) {
   flops += 3 + 1 + 9;                                        // m v, dt V tau
   if (w.transfer.affine()) flops += 1 + 9;                   // a = m dx C
   if (!bspline(w)) flops += split(w) ? 9 * 2 : 9;            // the force's part of the impulse, or its addition to a
-  if (!split(w)) flops += 9 * 2;                             // q = m v - a f
+  if (!split(w) || both_residuals(w)) flops += 9 * 2;        // q = m v - a f
   if (bspline(w)) flops += derivative_flops(w) + 2 * s * s;  // and the products d_x w_y, w_x d_y
   return {"p2g, coefficients", 0.0, flops};
 }
@@ -42,7 +43,7 @@ WorkTerm p2g_coefficients(const WorkCase& w) {
 WorkTerm p2g_nodes(const WorkCase& w) {
   // A rounded addend, (w_z q + M) - M, and its addition; the next node's q by an increment. A row begins with w_xy q.
   double per_node = (2 + 1 + 1) * lanes, per_row = lanes, per_plane = 0.0;
-  if (!split(w)) per_node += lanes, per_row += 2 * lanes, per_plane += lanes;
+  if (!split(w) || both_residuals(w)) per_node += lanes, per_row += 2 * lanes, per_plane += lanes;
   if (bspline(w)) {
     per_node += (1 + 2 + 1) * lanes;      // w_z g + d_z g_z, added to the rest
     per_row += (1 + 2 + 1) * lanes;       // g = d_x w_y F_x + w_x d_y F_y, g_z = w_xy F_z
@@ -61,7 +62,8 @@ WorkTerm g2p_nodes(const WorkCase& w) {
   double per_row = sum, per_plane = sum, rest = sum;
   if (moments(w)) per_row += moment, per_plane += moment + sum, rest += moment + 2 * sum;
   if (bspline(w)) per_row += sum, per_plane += 2 * sum, rest += 3 * sum;
-  if (split(w)) per_row += sum, per_plane += sum, rest += sum;  // the change of velocity
+  if (split(w)) per_row += sum, per_plane += sum, rest += sum;                                    // the change of velocity
+  if (both_residuals(w)) per_row += moment, per_plane += moment + sum, rest += moment + 2 * sum;  // and its moments
   return {"g2p, nodes", 0.0, weight_flops(w) + derivative_flops(w) + s * s * per_row + s * per_plane + rest};
 }
 
@@ -70,7 +72,8 @@ WorkTerm g2p_particles(const WorkCase& w) {
   double bytes = (3 + 1 + 1) * pass + cell + 3 * pass + 3 * (split(w) ? 2 * pass : blind);
   double flops = 3 * 2 + (split(w) ? 3 * 4 : 0) + (5 + 17 + 6);  // x += dt v; the blend; norms of v and L and their use
   if (moments(w)) bytes += 9 * blind, flops += 3 + 9 * (2 + 1);  // C = (moments - distance v) / D
-  if (bspline(w)) bytes += 9 * blind, flops += 9;                // L, scaled
+  if (w.transfer.needs_velocity_gradient()) bytes += 9 * blind, flops += bspline(w) ? 9 : 0;  // L, scaled
+  if (both_residuals(w)) flops += 9 * (4 + 1 + 2 + 12 + 9 + 7) + 3 * 4;                       // (T9b); C is read in any case
   return {"g2p, particles", bytes, flops};
 }
 
