@@ -27,6 +27,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 WRITTEN_PAGES = {
     "docs/command-line.md": ("skip", "printed by `bulkley command-reference`: synopses, not commands"),
     "docs/verification.md": ("validate", "written by tests/verification/report.py: they are tests themselves"),
+    "docs/validation.md": ("validate", "written by tests/validation/report.py: they are tests themselves"),
 }
 # Run unless a comment excludes it. Any other program must have a comment.
 RUN = {".", "bulkley", "build/bulkley", "mpirun", "pvpython", "python3", "cat", "cp", "grep", "head", "ls", "mkdir", "rm",
