@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds, runs the long versions of the verification cases, an hour or two on two cores, and
-# writes docs/verification.md and its pictures. With --validation: those of the validation cases, hours, and docs/validation.md.
+# writes docs/verification.md and its pictures. With --validation: the validation cases, hours, and docs/validation.md.
 # The page is written even if a case fails, which it reports; the exit code is then ctest's. Further arguments go to ctest:
-# `cluster/verify.sh -R slump`, or `cluster/verify.sh --validation -R hertz`, runs one case again and keeps the results of the others.
+# `cluster/verify.sh -R slump`, or `cluster/verify.sh --validation -R hertz`, runs one case again and keeps the other results.
 set -euo pipefail
 
 root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"

@@ -1,9 +1,11 @@
-"""What a validation case is made of: runs of the real program, what is measured on them, and a comparison with an experiment.
+"""What a validation case is made of: runs of the real program, what is measured on them, and a comparison with an
+experiment.
 
-A case is a folder with `scene.toml` and `case.py`, which holds a class derived from `Case`. `main` makes the runs of its short
-version (ctest label `validation`) or of its long one, keeps what was measured on each run as a record, and judges the records.
-The records of long runs are shipped in `results/CASE.json` with their date and commit, because some runs take long: report.py
-makes docs/validation.md of the records alone, so that a run made again changes its numbers on the page and nothing else."""
+A case is a folder with `scene.toml` and `case.py`, which holds a class derived from `Case`. `main` makes the runs of its
+short version (ctest label `validation`) or of its long one, keeps what was measured on each run as a record, and judges the
+records. The records of long runs are shipped in `results/CASE.json` with their date and commit, because some runs take long:
+report.py makes docs/validation.md of the records alone, so that a run made again changes its numbers on the page and nothing
+else."""
 
 import csv
 import datetime
@@ -36,7 +38,11 @@ class Plan:
     sets: dict
     facts: dict = field(default_factory=dict)  # kept in the record: cell size, stiffness, box, ...
     transfer: str = ""                         # scheme; empty: the program's default
-    limit: float = 7200.0                      # s of wall time
+    limit: float = 36000.0                     # s of wall time
+
+    def sets_for(self, default):
+        """With the transfer, if it is not the program's default."""
+        return self.sets if self.transfer == default else {**self.sets, "transfer.scheme": self.transfer}
 
 
 class Case:
@@ -57,13 +63,24 @@ class Case:
         """Compares `records` ({label: record}) with the experiment: gates, sentences and pictures on `sheet`."""
         raise NotImplementedError
 
+    def execute(self, plan, program, work, arguments, default):
+        """Makes the run of a plan with a program whose default transfer is `default`; returns its record."""
+        label = re.sub(r"[^\w.]+", "_", f"{plan.key}_{plan.transfer}")
+        run = make(self.folder / "scene.toml", label, plan.sets_for(default), program, work, arguments.ranks, plan.limit)
+        record = record_of(self, run, plan, default)
+        print(f"{self.name}: {label} took {run.seconds:.1f} s", flush=True)
+        if not arguments.keep:
+            shutil.rmtree(run.folder)
+        return record
+
     @property
     def folder(self):
         return FOLDER / "cases" / self.name
 
 
 class Sheet:
-    """What a case says: gated quantities, remarks, tables and pictures. `short`: whether the records are of the short version."""
+    """What a case says: gated quantities, remarks, tables and pictures. `short`: whether the records are of the short
+    version."""
 
     def __init__(self, short=False, pictures=None):
         self.short = short
@@ -73,7 +90,8 @@ class Sheet:
     def gate(self, quantity, error, tolerance, unit="", note=""):
         """An error that must not be larger than `tolerance` in magnitude. Returns whether it is not."""
         passed = bool(abs(error) <= tolerance)  # false for NaN
-        self.rows.append({"quantity": quantity, "error": float(error), "tolerance": float(tolerance), "unit": unit, "note": note,
+        self.rows.append({"quantity": quantity, "error": float(error), "tolerance": float(tolerance), "unit": unit,
+                          "note": note,
                           "passed": passed})
         return passed
 
@@ -93,13 +111,14 @@ class Sheet:
         import matplotlib
         matplotlib.use("Agg")
         from matplotlib import pyplot
-        figure, axes = pyplot.subplots(rows, columns, figsize=(size[0] * columns, size[1] * rows), dpi=80, layout="constrained")
+        figure, axes = pyplot.subplots(rows, columns, figsize=(size[0] * columns, size[1] * rows), dpi=80,
+                                       layout="constrained")
         draw(axes)
         figure.savefig(self.folder / f"{name}.png", metadata={"Software": None})
         pyplot.close(figure)
 
 
-# --- measured numbers -------------------------------------------------------------------------------------------------------
+# --- measured numbers ------------------------------------------------------------------------------------------------------
 
 def measured(name):
     """The columns of measured/NAME.csv as {column: array}, and its comment lines "# key: value" as {key: value}."""
@@ -121,7 +140,7 @@ def frames(run):
         yield positions(file)
 
 
-# --- records ----------------------------------------------------------------------------------------------------------------
+# --- records ---------------------------------------------------------------------------------------------------------------
 
 def rounded(value):
     """Numbers with the digits that a record keeps; anything else as it is."""
@@ -171,10 +190,11 @@ def store(file, records):
 def schemes_of(records):
     """Names of the transfers, the one that the newest program runs by default first."""
     newest = max(records.values(), key=lambda record: record["date"])
-    return sorted({record["transfer"] for record in records.values()}, key=lambda scheme: scheme != newest["default_transfer"])
+    return sorted({record["transfer"] for record in records.values()},
+                  key=lambda scheme: scheme != newest["default_transfer"])
 
 
-# --- a test -----------------------------------------------------------------------------------------------------------------
+# --- a test ----------------------------------------------------------------------------------------------------------------
 
 def main(case):
     """Makes the runs, keeps their records, judges them; ends the process, with 1 if a gate was missed."""
@@ -192,7 +212,8 @@ def main(case):
         print("\n".join(f"{plan.key}{', ' if plan.transfer else ''}{plan.transfer}" for plan in plans))
         return
     program, work = start(arguments)
-    default = re.search(r"^\| `scheme` \| name \|  \| `\"(\w+)\"`", program.run(["input-reference"], 1, work, 60).text, re.MULTILINE)[1]
+    default = re.search(r"^\| `scheme` \| name \|  \| `\"(\w+)\"`", program.run(["input-reference"], 1, work, 60).text,
+                        re.MULTILINE)[1]
     file = pathlib.Path(arguments.results or work) / f"{case.name}.json"
     shipped = load(FOLDER / "results" / f"{case.name}.json") if arguments.long else {}
     made = set()
@@ -201,7 +222,7 @@ def main(case):
         if (plan.key, plan.transfer) in made:
             continue
         made.add((plan.key, plan.transfer))
-        record = make(case, plan, program, work, arguments, default)
+        record = case.execute(plan, program, work, arguments, default)
         records = {**load(file), label_of(record): record}
         store(file, records)
     sheet = Sheet(short=not arguments.long)
@@ -217,19 +238,12 @@ def main(case):
         fail("; ".join(misses))
 
 
-def make(case, plan, program, work, arguments, default):
-    """The run of a plan; returns its record."""
-    label = re.sub(r"[^\w.]+", "_", f"{plan.key}_{plan.transfer}")
-    sets = plan.sets if plan.transfer == default else {**plan.sets, "transfer.scheme": plan.transfer}
-    words = ["run", str(case.folder / "scene.toml"), "--out", label, "--quiet"]
+def make(scene, label, sets, program, work, ranks=1, limit=36000.0):
+    """Runs `scene` with `sets` into the folder `label` of `work`; returns the Run."""
+    words = ["run", str(scene), "--out", label, "--quiet"]
     for key, value in sets.items():
         words += ["--set", f"{key}={toml(value)}"]
-    ranks = arguments.ranks
-    outcome = program.run(words, ranks, work, plan.limit)
+    outcome = program.run(words, ranks, work, limit)
     if outcome.code != 0:
         fail(f"{label}: the run on {ranks} ranks ended with {outcome.code}", outcome)
-    record = record_of(case, Run(work / label, outcome.seconds), plan, default)
-    print(f"{case.name}: {label} on {ranks} ranks took {outcome.seconds:.1f} s", flush=True)
-    if not arguments.keep:
-        shutil.rmtree(work / label)
-    return record
+    return Run(work / label, outcome.seconds)

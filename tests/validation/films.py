@@ -1,4 +1,5 @@
-"""Filmed dam breaks: the scene of a box, the reach of a run as the film's camera would see it, and its comparison with a film."""
+"""Filmed dam breaks: the scene of a box, the reach of a run as the film's camera would see it, and its comparison with a
+film."""
 
 import math
 
@@ -10,7 +11,7 @@ WALLS = 0.04         # m, between the side walls
 FRAMES = 24.0        # per second, of the films
 SHIFTS = numpy.arange(-0.010, 0.0301, 0.001)  # s, shifts of time that are allowed
 MARGIN = 0.035       # s, that runs go on after the film's last frame
-SOFTEST = 2.5e4      # Pa, bulk modulus of a box 2 cm high; in proportion to the height, which keeps Mach number and compression
+SOFTEST = 2.5e4      # Pa, bulk modulus of a box 2 cm high; in proportion to the height, which keeps the Mach number
 SAVED = 120.0        # frames of a run per second
 
 
@@ -95,9 +96,11 @@ def errors(film, record, shift=0.0):
 def draw(axes, film, curves, title=""):
     """The film with bands of 1 and 2 sigma; `curves`: (record, label, style)."""
     for n, color in ((2, "0.92"), (1, "0.82")):
-        axes.fill_between(film.time, 100 * (film.reach - n * film.sigma), 100 * (film.reach + n * film.sigma), color=color, lw=0)
+        axes.fill_between(film.time, 100 * (film.reach - n * film.sigma), 100 * (film.reach + n * film.sigma), color=color,
+                          lw=0)
     axes.plot(film.time, 100 * film.reach, "ko", ms=4, label="film")
     for record, label, style in curves:
         axes.plot(record["time"], 100 * numpy.array(record["reach"]), label=label, **style)
-    axes.set(xlabel="time [s]", ylabel="reach [cm]", title=title or film.title, xlim=(0, film.time[-1] + 0.03), ylim=(0, None))
+    axes.set(xlabel="time [s]", ylabel="reach [cm]", title=title or film.title, xlim=(0, film.time[-1] + 0.03),
+             ylim=(0, None))
     axes.legend(frameon=False, fontsize="small", loc="lower right")

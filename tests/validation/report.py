@@ -13,33 +13,36 @@ import sys
 
 from comparison import FOLDER, Sheet, load, store
 
-ORDER = ("filmed_dams", "filmed_dressings", "martin_moyce", "hertz_ball", "viscous_current", "wall_pressure", "power_law_current",
+ORDER = ("filmed_dams", "filmed_dressings", "martin_moyce", "hertz_ball", "viscous_current", "wall_pressure",
+         "power_law_current",
          "towed_sphere")  # of the page; others follow
 MARK = "<!-- generated: case "
 INTRODUCTION = """<!-- Written by tests/validation/report.py from the records of long validation runs; do not edit. -->
 # Validation
 
-[Verification](verification.md) compares the program with solutions of its own equations. This page compares it with measurements:
-what a film or a gauge saw. No parameter is adjusted to an experiment. Tolerances were fixed before the runs were made, and a
-run that misses one is listed with the others. Cases are in `tests/validation/cases`, measured points with their
-sources in `tests/validation/measured`.
+[Verification](verification.md) compares the program with solutions of its own equations. This page compares it with
+measurements: what a film or a gauge saw. No parameter is adjusted to an experiment. Tolerances were fixed before the runs
+were made, and a run that misses one is listed with the others. Cases are in `tests/validation/cases`, measured points with
+their sources in `tests/validation/measured`.
 
     ctest --test-dir build -L validation        # short versions with coarse cells and wider tolerances
     cluster/verify.sh --validation              # long versions: writes this page; hours on one core
 
-Some runs take long. What was measured on each run is kept as a record with date and commit in `tests/validation/results`, and the
-page is made of the records: a run that is made again replaces its own numbers. Errors are signed where a sign makes sense:
-positive means that the simulation is ahead, larger or longer.
+Some runs take long. What was measured on each run is kept as a record with date and commit in `tests/validation/results`,
+and the page is made of the records: a run that is made again replaces its own numbers. Errors are signed where a sign makes
+sense: positive means that the simulation is ahead, larger or longer.
 """
 END = """## What is not validated
 
 - **Oobleck.** The preset `oobleck` is a shear-thickening fluid, stress over rate with an index above 1. Experiments on
-  suspensions of starch (Waitukaitis, Jaeger 2012; Maharjan et al. 2017) state that neither steady shear thickening nor added mass explains
-  the stress under an impact: a front of jammed grains travels through the suspension. Bulkley has no such front. Its oobleck is
-  not validated, and must not be taken for a prediction of impact solidification.
-- **Sand** is compared with fits to experiments in [verification](verification.md) (`sand_column`: Lajeunesse et al. 2005, tolerance 25 %,
+  suspensions of starch (Waitukaitis, Jaeger 2012; Maharjan et al. 2017) state that neither steady shear thickening nor added
+  mass explains the stress under an impact: a front of jammed grains travels through the suspension. Bulkley has no such
+  front. Its oobleck is not validated, and must not be taken for a prediction of impact solidification.
+- **Sand** is compared with fits to experiments in [verification](verification.md) (`sand_column`: Lajeunesse et al. 2005,
+tolerance 25 %,
   because the prefactors depend on the material).
-- **Slumps, drops and Carbopol on an incline**: no table with complete numbers (geometry, flow curve and front) could be found in
+- **Slumps, drops and Carbopol on an incline**: no table with complete numbers (geometry, flow curve and front) could be
+found in
   public sources. Verification compares slumps with formulas.
 - **Surface tension, thixotropy, wall slip** are in none of these runs. Fronts thinner than the capillary length (2.5 mm) and
   drops of millimetres need the first.

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""docs/validation.md is what report.py makes of the shipped records; films.py throws shadows and finds shifts as it should."""
+"""docs/validation.md is what report.py makes of the shipped records; films.py throws shadows and finds shifts as it
+should."""
 
 import pathlib
 import re

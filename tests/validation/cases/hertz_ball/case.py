@@ -12,7 +12,7 @@ from comparison import Case, Plan, main, measured, schemes_of  # noqa: E402
 
 RADIUS = 0.025
 SHARE = 0.02  # of the largest force: below, there is no contact
-TIME, FORCE, DEPTH, RESTITUTION = 0.03, 0.05, 0.05, 0.05  # gates, fixed before the runs were made; the last is 1 - restitution
+TIME, FORCE, DEPTH, RESTITUTION = 0.03, 0.05, 0.05, 0.05  # gates, fixed beforehand; the last is 1 - restitution
 JUDGED = (0.2,)   # m/s; slower impacts are less than a cell deep with the cells of the gates, faster ones too deep for Hertz
 FINE = 32         # cells over the radius, of the gates
 COARSE = 3.0      # the gates of the short version, 16 cells over the radius, over those of the long one
@@ -30,9 +30,11 @@ class HertzBall(Case):
     name = "hertz_ball"
     title = "Impact of a soft ball"
     source = ("Hertz's theory of the impact of an elastic sphere on a rigid plane without friction, exact for small depth: "
-              "`d = (15 m V^2/(16 E* sqrt R))^(2/5)`, contact time `2.94328 d/V`, force `4/3 E* sqrt(R) d^(3/2)`; R = 25 mm, "
+              "`d = (15 m V^2/(16 E* sqrt R))^(2/5)`, contact time `2.94328 d/V`, force `4/3 E* sqrt(R) d^(3/2)`; R = 25 "
+              "mm, "
               "1000 kg/m^3, E = 50 kPa, nu = 0.45")
-    missing = ("Nothing of the physics; the ball touches up to a cell before it should. Tables of gel balls at larger speeds (Tanaka et al. "
+    missing = ("Nothing of the physics; the ball touches up to a cell before it should. Tables of gel balls at larger "
+               "speeds (Tanaka et al. "
                "2003), where Hertz ends, could not be read: not compared")
 
     def plans(self, long):
@@ -40,11 +42,13 @@ class HertzBall(Case):
             cell, low = RADIUS / cells, 0.003125  # m, of the ball above the plane at the start
             row = {value: k for k, value in enumerate(measured("hertz_impact")[0]["speed_m_per_s"])}[speed]
             contact = measured("hertz_impact")[0]["contact_time_s"][row]
-            sets = {"domain.cell_size": cell, "time.end": low / speed + 1.5 * contact, "bodies.ball.velocity": [0.0, 0.0, -speed]}
+            sets = {"domain.cell_size": cell, "time.end": low / speed + 1.5 * contact,
+                    "bodies.ball.velocity": [0.0, 0.0, -speed]}
             return Plan(f"{speed:g} m per s, {cells} cells", sets, {"cells": cells, "speed": speed, "row": row}, transfer)
         if not long:
             return [plan(16, 0.2)]
-        return [plan(cells, speed, transfer) for cells in (8, 16, FINE) for speed in (0.1, 0.2, 0.4, 0.8) for transfer in ("", "apic")]
+        return [plan(cells, speed, transfer) for cells in (8, 16, FINE) for speed in (0.1, 0.2, 0.4, 0.8)
+                for transfer in ("", "apic")]
 
     def measure(self, run, plan):
         history = run.history()
@@ -79,9 +83,11 @@ class HertzBall(Case):
                 for quantity, (error, tolerance) in errors.items():
                     sheet.gate(f"{quantity}, {speed:g} m/s, {record['cells']} cells over the radius", error,
                                tolerance * (COARSE if sheet.short else 1.0))
-        sheet.say(f"Contact is where the force is above {100 * SHARE:g} % of its peak, in the simulation as in the theory; depth is how far "
+        sheet.say(f"Contact is where the force is above {100 * SHARE:g} % of its peak, in the simulation as in the theory; "
+                  f"depth is how far "
                   "the centre of mass travels from there. The force is the change of the momentum.")
-        sheet.table(["transfer", "speed", "cells over R", "depth in cells", "contact time", "force", "depth", "loss of speed", "particles",
+        sheet.table(["transfer", "speed", "cells over R", "depth in cells", "contact time", "force", "depth",
+                     "loss of speed", "particles",
                      "steps", "date", "commit"], rows)
 
         def draw(axes):
@@ -92,12 +98,14 @@ class HertzBall(Case):
                 angle = numpy.linspace(0.0, math.pi / 2, 400)
                 slope = 0.8 * numpy.sin(0.5 * (angle[1:] + angle[:-1]))**-0.2
                 passed = numpy.concatenate([[0.0], numpy.cumsum(slope * numpy.diff(angle))]) * depth / speed
-                axis.plot(1e3 * numpy.concatenate([passed, 2 * passed[-1] - passed[::-1]]), numpy.concatenate([x, x[::-1]])**1.5 * peak,
+                axis.plot(1e3 * numpy.concatenate([passed, 2 * passed[-1] - passed[::-1]]),
+                          numpy.concatenate([x, x[::-1]])**1.5 * peak,
                           "k-", lw=2.5, alpha=0.5, label="Hertz")
                 for record in records.values():
                     if record["speed"] == speed:
                         axis.plot(1e3 * numpy.array(record["curve_time"]), record["curve_force"], lw=1.2,
-                                  color=f"C{schemes.index(record['transfer'])}", ls={8: ":", 16: "--", 32: "-"}[record["cells"]],
+                                  color=f"C{schemes.index(record['transfer'])}",
+                                  ls={8: ":", 16: "--", 32: "-"}[record["cells"]],
                                   label=f"{record['transfer']}, {record['cells']} cells over R")
                 axis.set(xlabel="time [ms]", ylabel="force [N]", title=f"{speed:g} m/s")
                 axis.legend(frameon=False, fontsize="small")

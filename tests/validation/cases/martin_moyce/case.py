@@ -13,16 +13,19 @@ A, G = 0.05715, 9.81                     # m, width of the column; m/s^2
 SHIFTS = numpy.arange(0.0, 0.3501, 0.01)  # of T, allowed: the simulation leads
 CELLS, FINE = (16, 32), 32               # over the width; of the gates
 SLOPE, FRONT, HEIGHT = 0.05, 0.10, 0.02  # gates: of the slope, in Z after the shift, in H; fixed before the runs were made
-COARSE = 2.0                             # the gates of the short version, 16 cells over the width, over those of the long one
+COARSE = 2.0                             # the gates of the short version, of 16 cells, over those of the long one
 
 
 class MartinMoyce(Case):
     name = "martin_moyce"
     title = "Collapse of a water column"
-    source = ("Martin, Moyce 1952, Phil. Trans. R. Soc. A 244, 312, doi 10.1098/rsta.1952.0006: their tables 2 and 6 as printed in the "
+    source = ("Martin, Moyce 1952, Phil. Trans. R. Soc. A 244, 312, doi 10.1098/rsta.1952.0006: their tables 2 and 6 as "
+              "printed in the "
               "codes Ocellaris and Lethe, which agree to 0.01")
-    missing = ("The diaphragm of waxed paper, which does not vanish at once, and the friction of the floor on a thin tip (walls and floor "
-               "slip): simulations lead the measured front by a nearly constant time, 0.15 to 0.3 in T in what others published; "
+    missing = ("The diaphragm of waxed paper, which does not vanish at once, and the friction of the floor on a thin tip "
+               "(walls and floor "
+               "slip): simulations lead the measured front by a nearly constant time, 0.15 to 0.3 in T in what others "
+               "published; "
                "surface tension")
 
     def plans(self, long):
@@ -69,24 +72,31 @@ class MartinMoyce(Case):
         schemes = schemes_of(records)
         factor = COARSE if sheet.short else 1.0
         rows = []
-        for record in sorted(records.values(), key=lambda record: (schemes.index(record["transfer"]), record["cells"], record["floor"])):
+        for record in sorted(records.values(), key=lambda record: (schemes.index(record["transfer"]), record["cells"],
+                                                                   record["floor"])):
             slope, shift, front, height = self.facts(record)
-            rows.append([record["transfer"], record["cells"], record["floor"], f"{100 * slope:+.1f} %", f"{shift:.2f}", f"{front:.3f}",
-                         f"{height:.3f}", record["particles"], record["steps"], record.get("date", "").split()[0], record["commit"]])
+            rows.append([record["transfer"], record["cells"], record["floor"], f"{100 * slope:+.1f} %", f"{shift:.2f}",
+                         f"{front:.3f}",
+                         f"{height:.3f}", record["particles"], record["steps"], record.get("date", "").split()[0],
+                         record["commit"]])
             if record["transfer"] == schemes[0] and record["floor"] == "slip" and (sheet.short or record["cells"] == FINE):
                 where = f", {record['cells']} cells over the width"
                 sheet.gate(f"slope of the front{where}", slope, SLOPE * factor)
-                sheet.gate(f"front after one shift of time, in Z{where}", front, FRONT * factor, note=f"shift {shift:.2f} in T")
+                sheet.gate(f"front after one shift of time, in Z{where}", front, FRONT * factor,
+                           note=f"shift {shift:.2f} in T")
                 sheet.gate(f"height without any shift, in H{where}", height, HEIGHT * factor)
-        sheet.say("`T = t sqrt(2 g/a)`, `Z = front/a`; `tau = t sqrt(g/a)`, `H = height/(2 a)`; the measured slope of the front over "
+        sheet.say("`T = t sqrt(2 g/a)`, `Z = front/a`; `tau = t sqrt(g/a)`, `H = height/(2 a)`; the measured slope of the "
+                  "front over "
                   "1.43 <= T <= 3.33 is 1.319. Heights are compared to tau = 4.2.")
-        sheet.table(["transfer", "cells over a", "floor", "slope", "shift of T", "largest miss of Z with it", "largest miss of H",
+        sheet.table(["transfer", "cells over a", "floor", "slope", "shift of T", "largest miss of Z with it",
+                     "largest miss of H",
                      "particles", "steps", "date", "commit"], rows)
 
         def draw(axes):
             points, columns = measured("martin_moyce_front")[0], measured("martin_moyce_height")[0]
             for axis, x, y, x_label, y_label, sigma in ((axes[0], points["T"], points["Z"], "T", "Z", 0.025 * points["Z"]),
-                                                        (axes[1], columns["tau"], columns["H"], "tau", "H", 0.02 + 0 * columns["H"])):
+                                                        (axes[1], columns["tau"], columns["H"], "tau", "H",
+                                                         0.02 + 0 * columns["H"])):
                 for n, color in ((2, "0.92"), (1, "0.82")):
                     axis.fill_between(x, y - n * sigma, y + n * sigma, color=color, lw=0)
                 axis.plot(x, y, "ko", ms=4, label="Martin, Moyce")
@@ -102,7 +112,8 @@ class MartinMoyce(Case):
             axes[0].set(xlim=(0, 3.5), ylim=(1, 4.5))
             axes[1].set(xlim=(0, 4.5), ylim=(0, 1.05))
             axes[0].legend(frameon=False, fontsize="small")
-        sheet.picture(self.name, "Front (left) and height at the wall (right), not shifted; bands of 1 and 2 times the scatter, 2.5 % of Z "
+        sheet.picture(self.name, "Front (left) and height at the wall (right), not shifted; bands of 1 and 2 times the "
+                                 "scatter, 2.5 % of Z "
                       "and 0.02 of H.", draw, 2)
 
 

@@ -25,9 +25,12 @@ def similarity(time):
 class ViscousCurrent(Case):
     name = "viscous_current"
     title = "Spreading of a viscous drop"
-    source = ("Huppert 1982, J. Fluid Mech. 121, 43: `r = 0.8939 (g V^3 t/(3 nu))^(1/8)`, which his silicone oils follow \"very well\" "
+    source = ("Huppert 1982, J. Fluid Mech. 121, 43: `r = 0.8939 (g V^3 t/(3 nu))^(1/8)`, which his silicone oils follow "
+              "\"very well\" "
               "(abstract; his tables could not be read). Oil of 1 Pa s, 50 cm^3")
-    missing = "Surface tension; inertia and the first collapse, which the similarity solution leaves out: hence the comparison after r has doubled"
+    missing = ("Surface tension; inertia and the first collapse, which the similarity solution leaves out: hence the "
+               "comparison "
+               "after r has doubled")
 
     def plans(self, long):
         def plan(cell, end, transfer=""):
@@ -44,9 +47,11 @@ class ViscousCurrent(Case):
         found = {"time": [], "radius": []}
         for time, points in frames(run):
             radii = numpy.hypot(points[:, 0], points[:, 1])
-            sector = numpy.minimum((numpy.arctan2(points[:, 1], points[:, 0]) / (0.5 * math.pi / SECTORS)).astype(int), SECTORS - 1)
+            sector = numpy.minimum((numpy.arctan2(points[:, 1], points[:, 0]) / (0.5 * math.pi / SECTORS)).astype(int),
+                                   SECTORS - 1)
             found["time"].append(time)
-            found["radius"].append(numpy.mean([radii[sector == k].max() for k in range(SECTORS)]) + 0.25 * plan.facts["cell"])
+            found["radius"].append(numpy.mean([radii[sector == k].max()
+                                               for k in range(SECTORS)]) + 0.25 * plan.facts["cell"])
         return found
 
     def judge(self, records, sheet):
@@ -62,26 +67,32 @@ class ViscousCurrent(Case):
                          f"{CONSTANT * (1 + error.mean()):.4f}", f"{100 * largest:+.1f} %", f"{100 * error[-1]:+.1f} %",
                          record["particles"], record["steps"], record["date"].split()[0], record["commit"]])
             if record["transfer"] == schemes[0] and (sheet.short or record["cell"] == FINE):
-                sheet.gate(f"constant of the spreading, from doubling of the radius on, largest error, cells of {1e3 * record['cell']:g} mm",
+                sheet.gate(f"constant of the spreading, from doubling of the radius on, largest error, cells of "
+                           f"{1e3 * record['cell']:g} mm",
                            largest, COARSE if sheet.short else GATE)
-        sheet.table(["transfer", "cells", "radius at 0.3 s, cm", "1 s", "2 s", "mean constant", "largest error", "at the end", "particles",
+        sheet.table(["transfer", "cells", "radius at 0.3 s, cm", "1 s", "2 s", "mean constant", "largest error",
+                     "at the end", "particles",
                      "steps", "date", "commit"],
-                    [["Huppert", "", *(f"{100 * similarity(t):.2f}" for t in (0.3, 1.0, 2.0)), f"{CONSTANT:.4f}", "", "", "", "", "", ""],
+                    [["Huppert", "", *(f"{100 * similarity(t):.2f}" for t in (0.3, 1.0, 2.0)), f"{CONSTANT:.4f}", "", "", "",
+                      "", "", ""],
                      *rows])
 
         def draw(axes):
             time = numpy.linspace(0.05, 2.0, 100)
             for n, color in ((0.06, "0.92"), (0.03, "0.82")):
-                axes.fill_between(time, 100 * similarity(time) * (1 - n), 100 * similarity(time) * (1 + n), color=color, lw=0)
+                axes.fill_between(time, 100 * similarity(time) * (1 - n), 100 * similarity(time) * (1 + n), color=color,
+                                  lw=0)
             axes.semilogx(time, 100 * similarity(time), "k-", label="Huppert")
             for record in records.values():
                 axes.semilogx(record["time"][1:], 100 * numpy.array(record["radius"][1:]), lw=1.2,
-                            color=f"C{schemes.index(record['transfer'])}", ls={0.002: ":", 0.0015: "--", 0.001: "-"}[record["cell"]],
+                            color=f"C{schemes.index(record['transfer'])}",
+                              ls={0.002: ":", 0.0015: "--", 0.001: "-"}[record["cell"]],
                             label=f"{record['transfer']}, {1e3 * record['cell']:g} mm")
             axes.axhline(200 * RADIUS, color="0.5", lw=0.8, ls="-.")
             axes.set(xlabel="time [s]", ylabel="radius [cm]")
             axes.legend(frameon=False, fontsize="small")
-        sheet.picture(self.name, "Radius over time; bands of 3 and 6 %; the comparison begins above the dash-dotted line.", draw)
+        sheet.picture(self.name, "Radius over time; bands of 3 and 6 %; the comparison begins above the dash-dotted line.",
+                      draw)
 
 
 CASE = ViscousCurrent()

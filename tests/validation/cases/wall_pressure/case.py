@@ -1,0 +1,103 @@
+#!/usr/bin/env python3
+"""Water of a dam break meets a wall: pressure on a gauge over time."""
+
+import math
+import pathlib
+import sys
+
+import numpy
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
+from comparison import Case, Plan, main, measured, schemes_of  # noqa: E402
+
+H, G, RHO, GAUGE = 0.6, 9.81, 1000.0, 0.09
+UNIT = (H / G)**0.5        # s
+WINDOW = 0.005             # s, over which forces are averaged
+PLATEAU = (3.2, 4.6)       # of t sqrt(g/H)
+ARRIVED = 0.1              # of rho g H
+ARRIVAL, LEVEL = 0.03, 0.10      # gates, fixed before the runs were made
+COARSE = 3.0               # the gates of the short version, 20 cells over H, over those of the long one
+
+
+class WallPressure(Case):
+    name = "wall_pressure"
+    title = "Dam break against a wall"
+    source = ("Buchner 2002 and Zhou et al. 1999, gauge P1 (disc of 90 mm, 160 mm up), as digitised in the TrixiParticles "
+              "repository via Marrone et al. 2011, doi 10.1016/j.cma.2010.12.016; one run, its scatter is not known")
+    missing = ("Air, which the measured water traps when the wave falls back (peaks are not compared); the gate; a scatter "
+               "of the "
+               "measurement. The gauge is as high as the disc and as wide as the slab")
+
+    def plans(self, long):
+        def plan(cells, transfer=""):
+            cell = H / cells
+
+            def whole(length):
+                return cell * math.ceil(length / cell - 1e-9)
+            sets = {"domain.cell_size": cell, "domain.upper": [whole(3.22) + 3 * cell, 4 * cell, 1.5],
+                    "bodies.column.shape.upper": [1.2, 4 * cell, H], "time.end": 1.8 if long else 1.2}
+            return Plan(f"{cells} cells", sets, {"cells": cells}, transfer)
+        if not long:
+            return [plan(20)]
+        return [plan(cells, transfer) for cells in (20, 40, 80) for transfer in ("", "apic")]
+
+    def measure(self, run, plan):
+        history = run.history()
+        time, area = history["time_s"], GAUGE * 4 * H / plan.facts["cells"]
+        impulse = numpy.concatenate([[0.0], numpy.cumsum(history["gaugeforce_x_N"][1:] * numpy.diff(time))])
+        edges = numpy.arange(0.5, time[-1], WINDOW)
+        pressure = numpy.diff(numpy.interp(edges, time, impulse)) / WINDOW / area
+        return {"time": edges[1:] - 0.5 * WINDOW, "pressure": pressure}
+
+    @staticmethod
+    def arrival(time, pressure):
+        """When the pressure first exceeds ARRIVED, in units of UNIT."""
+        first = int(numpy.argmax(pressure > ARRIVED))
+        return float(numpy.interp(ARRIVED, pressure[first - 1:first + 1], time[first - 1:first + 1]))
+
+    def judge(self, records, sheet):
+        schemes = schemes_of(records)
+        points = measured("dam_break_wall_pressure_P1")[0]
+        t, p = points["t_sqrt_g_over_H"], points["p_over_rho_g_H"]
+        level = numpy.mean(numpy.interp(numpy.linspace(*PLATEAU, 200), t, p))
+        finest = max(record["cells"] for record in records.values() if record["transfer"] == schemes[0])
+        rows = []
+        for record in sorted(records.values(), key=lambda r: (schemes.index(r["transfer"]), r["cells"])):
+            time, pressure = numpy.array(record["time"]) / UNIT, numpy.array(record["pressure"]) / (RHO * G * H)
+            arrival = self.arrival(time, pressure)
+            shift = self.arrival(t, p) - arrival
+            found = numpy.mean(pressure[(time > PLATEAU[0] - shift) & (time < PLATEAU[1] - shift)])
+            errors = arrival / self.arrival(t, p) - 1.0, found / level - 1.0
+            peak = pressure[(time > 2.4 - shift) & (time < 3.0 - shift)].max()
+            rows.append([record["transfer"], record["cells"], f"{arrival:.3f}", f"{100 * errors[0]:+.1f} %", f"{found:.3f}",
+                         f"{100 * errors[1]:+.1f} %", f"{peak:.2f}", record["particles"], record["steps"],
+                         record["date"].split()[0], record["commit"]])
+            if record["transfer"] == schemes[0] and record["cells"] == finest:
+                factor = COARSE if sheet.short else 1.0
+                sheet.gate(f"arrival at the gauge, {finest} cells over H", errors[0], ARRIVAL * factor)
+                sheet.gate(f"plateau of the pressure, {finest} cells over H", errors[1], LEVEL * factor)
+        sheet.say(f"Times are in units of sqrt(H/g), pressures of rho g H; arrival is where the pressure exceeds {ARRIVED}, "
+                  f"the plateau the "
+                  f"mean from {PLATEAU[0]} to {PLATEAU[1]} after the arrivals have been aligned. Forces are averaged over 5 "
+                  f"ms.")
+        sheet.table(["transfer", "cells over H", "arrival", "error", "plateau", "error", "first peak (not gated)",
+                     "particles", "steps",
+                     "date", "commit"],
+                    [["measured", "", f"{self.arrival(t, p):.3f}", "", f"{level:.3f}", "", f"{p[t < 3].max():.2f}", "", "",
+                      "", ""], *rows])
+
+        def draw(axes):
+            axes.plot(t, p, "ko-", ms=3, lw=0.6, label="measured")
+            for record in records.values():
+                axes.plot(numpy.array(record["time"]) / UNIT, numpy.array(record["pressure"]) / (RHO * G * H), lw=1.0,
+                          color=f"C{schemes.index(record['transfer'])}", ls={20: ":", 40: "-", 80: "--"}[record["cells"]],
+                          label=f"{record['transfer']}, {record['cells']} cells over H")
+            axes.set(xlabel="t sqrt(g/H)", ylabel="p/(rho g H)", xlim=(2, 7.4), ylim=(-0.1, 1.5))
+            axes.legend(frameon=False, fontsize="small")
+        sheet.picture(self.name, "Pressure at the gauge, not shifted.", draw)
+
+
+CASE = WallPressure()
+
+if __name__ == "__main__":
+    main(CASE)
