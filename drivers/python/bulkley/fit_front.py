@@ -109,7 +109,7 @@ class Model:
         material = f"materials.{self.options.material}"
         sets = {f"{material}.{name}": f"{value!r}" for name, value in zip(FLOW, flow)}
         sets |= {"time.end": repr(self.end), "output.frame_interval": "0", "checkpoint.at_end": "false"}
-        words = [*shlex.split(self.options.program), "run", str(self.options.scene), "--out", str(folder), "--quiet"]
+        words = [*shlex.split(self.options.program), "run", str(self.options.scene), "--out", str(folder), "--overwrite", "--quiet"]
         for entry in [*(f"{key}={value}" for key, value in sets.items()), *self.options.set, *more]:
             words += ["--set", entry]
         return words
@@ -126,16 +126,20 @@ class Model:
             raise DataError(f"'{shlex.join(words)}' ended with {outcome.returncode}: "
                             f"{said[-1] if said else 'it said nothing'}")
 
-    def curve(self, flow):
-        """Times and reach of the run with flow parameters; a finished run of an earlier fit is used again."""
-        folder = self.folder(flow)
+    def run(self, flow, folder, more=()):
+        """Makes a run, unless an earlier fit has finished it."""
         try:
-            done = json.loads((folder / "status.json").read_text(encoding="utf-8"))["state"] == "finished"
+            if json.loads((folder / "status.json").read_text(encoding="utf-8"))["state"] == "finished":
+                return
         except (OSError, ValueError, KeyError):
-            done = False
-        if not done:
-            self.execute(self.command(flow, folder))
-            self.runs += 1
+            pass
+        self.execute(self.command(flow, folder, more))
+        self.runs += 1
+
+    def curve(self, flow):
+        """Times and reach of the run with flow parameters."""
+        folder = self.folder(flow)
+        self.run(flow, folder)
         history = read_history(folder / "history.csv")
         return history["time"], history[self.options.column] - self.options.zero
 
@@ -169,8 +173,7 @@ class Model:
         try:
             from bulkley.run import open_run
             folder = pathlib.Path(f"{self.folder(flow)}_rates")
-            self.execute(self.command(flow, folder, [f"output.frame_interval={self.end / RATE_FRAMES!r}",
-                                                     'output.fields=["plastic_shear_rate"]']))
+            self.run(flow, folder, [f"output.frame_interval={self.end / RATE_FRAMES!r}", 'output.fields=["plastic_shear_rate"]'])
             rates = np.concatenate([frame["plastic_shear_rate"] for frame in open_run(folder).frames])
         except (ImportError, DataError) as error:
             raise DataError(f"the shear rates that the flow visits are not known ({error}): give --rates LOW,HIGH") from None

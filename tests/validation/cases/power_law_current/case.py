@@ -22,11 +22,9 @@ class PowerLawCurrent(Case):
     source = ("Sayag, Worster 2013, J. Fluid Mech. 716, doi 10.1017/jfm.2012.545; points from examples/labgum of the PISM "
               "repository. 1 % "
               "xanthan gum, `tau = K rate^n`, n = 1/5.9, K = 11.4 Pa s^n, 3 g/s through a hole of radius 8 mm")
-    missing = ("An independent rheometry: K was most likely fitted to these very points, so that the test is one of the "
-               "exponent, of the "
-               "shape and of a small index; surface tension; times after 20 s of 746 s. The tube slips, so that the "
-               "softened fluid is not "
-               "compressed by the friction in it")
+    missing = ("An independent rheometry: K was most likely fitted to these very points, so that the test is one of the exponent, "
+               "of the shape and of a small index; surface tension; times after 20 s of 746 s. In the tube the fluid slips and "
+               "has no weight: the softened fluid would be compressed by both")
 
     def plans(self, long):
         def plan(cell, end, transfer=""):
