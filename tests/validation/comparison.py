@@ -14,7 +14,6 @@ import math
 import pathlib
 import re
 import shutil
-import subprocess
 import sys
 import tomllib
 from dataclasses import dataclass, field
@@ -67,7 +66,7 @@ class Case:
         """Makes the run of a plan with a program whose default transfer is `default`; returns its record."""
         label = re.sub(r"[^\w.]+", "_", f"{plan.key}_{plan.transfer}")
         run = make(self.folder / "scene.toml", label, plan.sets_for(default), program, work, arguments.ranks, plan.limit)
-        record = record_of(self, run, plan, default)
+        record = record_of(self, run, plan, default, program)
         print(f"{self.name}: {label} took {run.seconds:.1f} s", flush=True)
         if not arguments.keep:
             shutil.rmtree(run.folder)
@@ -151,19 +150,18 @@ def rounded(value):
     return int(value) if isinstance(value, numpy.integer) else value
 
 
-def commit():
-    """The short commit of the sources, with a + if files of the program differ from it; empty without git."""
-    def git(*words):
-        return subprocess.run(["git", "-C", FOLDER, *words], capture_output=True, text=True, check=False).stdout.strip()
-    return git("rev-parse", "--short=10", "HEAD") + ("+" if git("status", "--porcelain", ":/src", ":/include") else "")
+def commit(program):
+    """The commit that a program was built from, with a + if its sources differed from it."""
+    found = re.search(r"commit (\w{1,10})\w*(-dirty)?", program.run(["--version"], 1, FOLDER, 60).text)
+    return found[1] + ("+" if found[2] else "") if found else "unknown"
 
 
-def record_of(case, run, plan, default):
+def record_of(case, run, plan, default, program):
     """What is kept of a run of a program whose default transfer is `default`."""
     scene = tomllib.loads((run.folder / "scene.toml").read_text(encoding="utf-8"))
     history = run.history()
     return {"key": plan.key, "transfer": scene["transfer"]["scheme"], "default_transfer": default,
-            "date": datetime.datetime.now(datetime.timezone.utc).strftime("%Y-%m-%d %H:%M"), "commit": commit(),
+            "date": datetime.datetime.now(datetime.timezone.utc).strftime("%Y-%m-%d %H:%M"), "commit": commit(program),
             "seconds": round(run.seconds), "steps": int(history["step"][-1]), "particles": int(history["particles"][0]),
             **plan.facts, **{name: rounded(value) for name, value in case.measure(run, plan).items()}}
 

@@ -52,7 +52,7 @@ class FilmedDressings(Case):
         fluid, cell = plan.facts["fluid"], plan.facts["cell"]
         fitted, predicted = (films.Film(box) for box in BOXES[fluid])
         record = {"key": plan.key, "transfer": plan.transfer, "default_transfer": default, **plan.facts,
-                  "date": datetime.datetime.now(datetime.timezone.utc).strftime("%Y-%m-%d %H:%M"), "commit": commit()}
+                  "date": datetime.datetime.now(datetime.timezone.utc).strftime("%Y-%m-%d %H:%M"), "commit": commit(program)}
         if arguments.long:
             record |= self.fit(fitted, fluid, plan, program, work, default)
             flow = record["flow"]

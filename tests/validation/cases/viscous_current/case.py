@@ -70,8 +70,8 @@ class ViscousCurrent(Case):
                 sheet.gate(f"constant of the spreading, from doubling of the radius on, largest error, cells of "
                            f"{1e3 * record['cell']:g} mm",
                            largest, COARSE if sheet.short else GATE)
-        sheet.say("Coarse cells slow the edge: at the end the mean depth is 3.7 mm. The law is that of a thin layer; here the mean "
-                  "depth over the radius falls from 0.11 to 0.06 during the comparison.")
+        sheet.say("Coarse cells slow the edge: at the end the mean depth is 3.5 mm. The law is that of a thin layer; here the mean "
+                  "depth over the radius falls from 0.13 to 0.05 during the comparison.")
         sheet.table(["transfer", "cells", "radius at 0.3 s, cm", "1 s", "2 s", "mean constant", "largest error",
                      "at the end", "particles",
                      "steps", "date", "commit"],
