@@ -27,7 +27,8 @@ sys.path.insert(0, str(FOLDER.parent / "verification/cases"))
 from bulkley_program import fail, parse_arguments, start  # noqa: E402
 from study import Run, toml  # noqa: E402
 
-DIGITS = 5  # significant digits of what records keep
+DIGITS = 5                            # significant digits of what records keep
+TRANSFERS = ("", "moment_flip", "apic")  # schemes of long runs; empty: the program's default
 
 
 @dataclass

@@ -8,7 +8,7 @@ import numpy
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 import films  # noqa: E402
-from comparison import Case, schemes_of, main  # noqa: E402
+from comparison import TRANSFERS, Case, main, schemes_of  # noqa: E402
 
 # Least squares of the relative error to the measured flow curves at 23 C over 1 to 100 1/s, the same range for all fluids:
 # yield stress, Pa; consistency, Pa s^n; flow index.
@@ -48,10 +48,10 @@ class FilmedDams(Case):
             return films.plan(films.Film(box), flow_of(box), cell, stiffness, transfer)
         if not long:
             return [plan(STUDIED, 0.002), plan("okonomiyaki_sauce_H20_W29", 0.002)]
-        cheap = [plan(box, cell, 1.0, transfer) for cell in (0.002, FINE) for box in BOXES for transfer in ("", "apic")]
+        cheap = [plan(box, cell, 1.0, transfer) for cell in (0.002, FINE) for box in BOXES for transfer in TRANSFERS]
         return cheap + [plan(STUDIED, cell, stiffness, transfer) for cell,
                         stiffness in ((FINE, 4.0), (0.0008, 1.0), (0.000625, 1.0))
-                        for transfer in ("", "apic")]
+                        for transfer in TRANSFERS]
 
     def measure(self, run, plan):
         return films.front(run, films.Film(plan.facts["film"]), plan.facts["cell"])

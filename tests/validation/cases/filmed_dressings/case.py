@@ -13,7 +13,7 @@ import numpy
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 import films  # noqa: E402
-from comparison import FOLDER, Case, Plan, commit, load, main, make, rounded, schemes_of  # noqa: E402
+from comparison import FOLDER, TRANSFERS, Case, Plan, commit, load, main, make, rounded, schemes_of  # noqa: E402
 from study import toml  # noqa: E402
 
 TOOLS = FOLDER.parents[1] / "drivers/python/bulkley"
@@ -40,7 +40,7 @@ class FilmedDressings(Case):
             return [Plan(f"{fluid}, predicted", {}, {"fluid": fluid, "cell": 0.002}) for fluid in BOXES]
         return [Plan(f"{fluid}, {1e3 * cell:g} mm", {}, {"fluid": fluid, "cell": cell}, transfer) for cell in CELLS
                 for fluid in BOXES
-                for transfer in ("", "apic")]
+                for transfer in TRANSFERS]
 
     def sets(self, film, flow, cell, plan, default):
         """Of the scene of a film's box."""

@@ -8,7 +8,7 @@ import sys
 import numpy
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
-from comparison import Case, Plan, main, measured, schemes_of  # noqa: E402
+from comparison import TRANSFERS, Case, Plan, main, measured, schemes_of  # noqa: E402
 
 RADIUS = 0.025
 SHARE = 0.02  # of the largest force: below, there is no contact
@@ -48,7 +48,7 @@ class HertzBall(Case):
         if not long:
             return [plan(16, 0.2)]
         return [plan(cells, speed, transfer) for cells in (8, 16, FINE) for speed in (0.1, 0.2, 0.4, 0.8)
-                for transfer in ("", "apic")]
+                for transfer in TRANSFERS]
 
     def measure(self, run, plan):
         history = run.history()

@@ -7,7 +7,7 @@ import sys
 import numpy
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
-from comparison import Case, Plan, frames, main, measured, schemes_of  # noqa: E402
+from comparison import TRANSFERS, Case, Plan, frames, main, measured, schemes_of  # noqa: E402
 
 A, G = 0.05715, 9.81                     # m, width of the column; m/s^2
 SHIFTS = numpy.arange(0.0, 0.3501, 0.01)  # of T, allowed: the simulation leads
@@ -37,7 +37,7 @@ class MartinMoyce(Case):
         if not long:
             return [plan(CELLS[0])]
         wanted = [(cells, "slip") for cells in (*CELLS, 64)] + [(FINE, "sticky")]
-        return [plan(*entry, transfer) for entry in wanted for transfer in ("", "apic")]
+        return [plan(*entry, transfer) for entry in wanted for transfer in TRANSFERS]
 
     def measure(self, run, plan):
         half = 0.25 * A / plan.facts["cells"]

@@ -8,7 +8,7 @@ import sys
 import numpy
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
-from comparison import Case, Plan, frames, main, measured, schemes_of  # noqa: E402
+from comparison import TRANSFERS, Case, Plan, frames, main, measured, schemes_of  # noqa: E402
 
 HOLE, FLUX = 0.008, 3e-6      # m; m^3/s
 SECTORS = 8
@@ -42,7 +42,7 @@ class PowerLawCurrent(Case):
             return Plan(f"{1e3 * cell:g} mm", sets, {"cell": cell}, transfer)
         if not long:
             return [plan(0.002, 4.0)]
-        return [plan(cell, 20.0, transfer) for cell in (0.002, 0.0016, 0.001) for transfer in ("", "apic")]
+        return [plan(cell, 20.0, transfer) for cell in (0.002, 0.0016, 0.001) for transfer in TRANSFERS]
 
     def measure(self, run, plan):
         """Radius on the plate: mean over sectors of the largest radius in each, and half the particle spacing."""

@@ -7,7 +7,7 @@ import sys
 import numpy
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
-from comparison import Case, Plan, main, schemes_of  # noqa: E402
+from comparison import TRANSFERS, Case, Plan, main, schemes_of  # noqa: E402
 
 R, TAU, K, N = 0.01, 50.0, 5.0, 0.5
 BERIS, ANSLEY = 43.94, 34.5     # plateau of F/(R^2 tau_y) at vanishing speed: computed; correlation of experiments
@@ -34,7 +34,7 @@ class TowedSphere(Case):
             return Plan(f"{cells} cells, {1e3 * speed:g} mm per s", sets, {"cells": cells, "speed": speed}, transfer)
         if not long:
             return [plan(4, 0.008, 0.6)]
-        return [plan(cells, 0.002, 1.0, transfer) for cells in (4, 5, 8) for transfer in ("", "apic")]
+        return [plan(cells, 0.002, 1.0, transfer) for cells in (4, 5, 8) for transfer in TRANSFERS]
 
     def measure(self, run, plan):
         history = run.history()

@@ -8,7 +8,7 @@ import sys
 import numpy
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
-from comparison import Case, Plan, frames, main, schemes_of  # noqa: E402
+from comparison import TRANSFERS, Case, Plan, frames, main, schemes_of  # noqa: E402
 
 G, NU, RADIUS, HEIGHT = 9.81, 1e-3, 0.025, 0.025464790894703256
 VOLUME = math.pi * RADIUS**2 * HEIGHT        # of the whole drop, m^3
@@ -40,7 +40,7 @@ class ViscousCurrent(Case):
             return Plan(f"{1e3 * cell:g} mm", sets, {"cell": cell}, transfer)
         if not long:
             return [plan(0.002, 0.6)]
-        return [plan(cell, 2.0, transfer) for cell in (0.002, 0.0015, FINE) for transfer in ("", "apic")]
+        return [plan(cell, 2.0, transfer) for cell in (0.002, 0.0015, FINE) for transfer in TRANSFERS]
 
     def measure(self, run, plan):
         """Radius: mean over sectors of the largest radius of a particle in each, and half the particle spacing."""

@@ -8,7 +8,7 @@ import sys
 import numpy
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
-from comparison import Case, Plan, main, measured, schemes_of  # noqa: E402
+from comparison import TRANSFERS, Case, Plan, main, measured, schemes_of  # noqa: E402
 
 H, G, RHO, TANK = 0.6, 9.81, 1000.0, 3.22
 UNIT = (H / G)**0.5        # s
@@ -36,7 +36,7 @@ class WallPressure(Case):
             return Plan(f"{cells} cells", sets, {"cells": cells}, transfer)
         if not long:
             return [plan(30)]
-        return [plan(cells, transfer) for cells in (20, 40, 80) for transfer in ("", "apic")]
+        return [plan(cells, transfer) for cells in (20, 40, 80) for transfer in TRANSFERS]
 
     def measure(self, run, plan):
         history = run.history()
