@@ -28,9 +28,10 @@ their sources in `tests/validation/measured`.
     ctest --test-dir build -L validation        # short versions with coarse cells and wider tolerances
     cluster/verify.sh --validation              # long versions: writes this page; hours on one core
 
-Some runs take long. What was measured on each run is kept as a record with date and commit in `tests/validation/results`,
-and the page is made of the records: a run that is made again replaces its own numbers. Errors are signed where a sign makes
-sense: positive means that the simulation is ahead, larger or longer.
+Gates are for the program's default transfer; the tables also have others. Some runs take long. What was measured on each run is
+kept as a record with date and commit in `tests/validation/results`, and the page is made of the records: a run that is made
+again replaces its own numbers, and runs that nobody could wait for are missing in the tables. `case.py --long --only REGEX --transfer SCHEME`
+makes single runs. Errors are signed where a sign makes sense: positive means that the simulation is ahead, larger or longer.
 """
 END = """## What is not validated
 

@@ -16,7 +16,7 @@ WINDOW = 0.005             # s, over which forces are averaged
 PLATEAU = (3.2, 4.6)       # of t sqrt(g/H)
 ARRIVED = 0.1              # of rho g H
 ARRIVAL, LEVEL = 0.03, 0.10      # gates, fixed before the runs were made
-COARSE = 0.09             # of the arrival in the short version, 30 cells over H, which ends before the plateau
+COARSE = 0.09             # short version: when water reaches the wall, against the first measured pressure
 
 
 class WallPressure(Case):
@@ -32,10 +32,10 @@ class WallPressure(Case):
         def plan(cells, transfer=""):
             cell = TANK / round(cells * TANK / H)  # the far wall is a face of the domain
             sets = {"domain.cell_size": cell, "domain.upper": [TANK, 4 * cell, cell * math.ceil(1.5 / cell)],
-                    "bodies.column.shape.upper": [1.2, 4 * cell, H], "time.end": 1.8 if long else 0.8}
+                    "bodies.column.shape.upper": [1.2, 4 * cell, H], "time.end": 1.8 if long else 0.7}
             return Plan(f"{cells} cells", sets, {"cells": cells}, transfer)
         if not long:
-            return [plan(30)]
+            return [plan(20)]
         return [plan(cells, transfer) for cells in (20, 40, 80) for transfer in TRANSFERS]
 
     def measure(self, run, plan):
@@ -44,7 +44,8 @@ class WallPressure(Case):
         impulse = numpy.concatenate([[0.0], numpy.cumsum(history["P1pressure_Pa"][1:] * numpy.diff(time))])
         edges = numpy.arange(0.5, time[-1], WINDOW)
         pressure = numpy.diff(numpy.interp(edges, time, impulse)) / WINDOW
-        return {"time": edges[1:] - 0.5 * WINDOW, "pressure": pressure}
+        touching = numpy.argmax(history["upper_x_m"] > TANK - 0.5 * TANK / round(plan.facts["cells"] * TANK / H))
+        return {"time": edges[1:] - 0.5 * WINDOW, "pressure": pressure, "touches": time[touching]}
 
     @staticmethod
     def arrival(time, pressure):
@@ -61,11 +62,11 @@ class WallPressure(Case):
         rows = []
         for record in sorted(records.values(), key=lambda r: (schemes.index(r["transfer"]), r["cells"])):
             time, pressure = numpy.array(record["time"]) / UNIT, numpy.array(record["pressure"]) / (RHO * G * H)
+            if sheet.short:
+                sheet.gate(f"arrival of the water at the wall, {finest} cells over H", record["touches"] / UNIT / t[0] - 1.0, COARSE)
+                continue
             arrival = self.arrival(time, pressure)
             shift = self.arrival(t, p) - arrival
-            if sheet.short:
-                sheet.gate(f"arrival at the gauge, {finest} cells over H", arrival / self.arrival(t, p) - 1.0, COARSE)
-                continue
             found = numpy.mean(pressure[(time > PLATEAU[0] - shift) & (time < PLATEAU[1] - shift)])
             errors = arrival / self.arrival(t, p) - 1.0, found / level - 1.0
             peak = pressure[(time > 2.4 - shift) & (time < 3.0 - shift)].max()
@@ -79,7 +80,11 @@ class WallPressure(Case):
             return
         sheet.say(f"Times are in units of sqrt(H/g), pressures of rho g H; arrival is where the pressure exceeds {ARRIVED}, the "
                   f"plateau the mean from {PLATEAU[0]} to {PLATEAU[1]} after the arrivals have been aligned. Pressures are means "
-                  "over 5 ms. The sheet that meets the wall is a tenth of H thick, two cells with 20 cells over H.")
+                  "over 5 ms. The sheet that meets the wall is a tenth of H thick, two cells with 20 cells over H. "
+                  "How the wall acts in its last cell decides on this case: with a wall of three slipping colliders instead of a face, "
+                  "20 cells over H and APIC, the arrival was +1.8 %, the plateau +15 %, and the force below the gauge negative for a "
+                  "while (2026-11-23). The force on the whole wall is that of the arriving momentum in both. This case is not "
+                  "passed, whatever single numbers say.")
         sheet.table(["transfer", "cells over H", "arrival", "error", "plateau", "error", "first peak (not gated)",
                      "particles", "steps", "date", "commit"],
                     [["measured", "", f"{self.arrival(t, p):.3f}", "", f"{level:.3f}", "", f"{p[t < 3].max():.2f}", "", "",
