@@ -105,7 +105,7 @@ class FilmedDams(Case):
             sheet.gate(f"mean signed error of frame 8, {len(finals)} boxes", float(numpy.mean(finals)), MEAN)
         sheet.say(f"Transfer `{scheme}`" + (" (the program's default)"
                                             if gated else "") + ", errors over the film's reach in frame 8"
-                  + (f"; mean of the last errors with cells of 1 mm {numpy.mean(finals):+.3f}:" if finals else ":"))
+                  + (f"; mean of frame 8 over the {len(finals)} boxes with cells of 1 mm {numpy.mean(finals):+.3f}:" if finals else ":"))
         sheet.table(["film", "cells", "worst of frames 3 to 8", "frame 8", "the same in sigma", "t0", "worst with t0",
                      "frame 8 with t0",
                      "particles", "steps", "date", "commit"], rows)
