@@ -62,7 +62,7 @@ template <class Real>
 struct Update {
   SymTensor<Real> kirchhoff_stress;  ///< Pa
   Real plastic_shear_rate;           ///< sqrt(2) gamma, 1/s; 0 where elastic
-  Real dissipation;                  ///< J per m^3 of reference volume, in this step: the work that is neither given back nor stored
+  Real dissipation;  ///< J per m^3 of reference volume, in this step: the work that is neither given back nor stored
 };
 
 /// The shear stress of a fluid at a shear rate: what Reynolds and Bingham numbers are made of.
