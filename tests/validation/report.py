@@ -40,11 +40,9 @@ END = """## What is not validated
   mass explains the stress under an impact: a front of jammed grains travels through the suspension. Bulkley has no such
   front. Its oobleck is not validated, and must not be taken for a prediction of impact solidification.
 - **Sand** is compared with fits to experiments in [verification](verification.md) (`sand_column`: Lajeunesse et al. 2005,
-tolerance 25 %,
-  because the prefactors depend on the material).
+  tolerance 25 %, because the prefactors depend on the material).
 - **Slumps, drops and Carbopol on an incline**: no table with complete numbers (geometry, flow curve and front) could be
-found in
-  public sources. Verification compares slumps with formulas.
+  found in public sources. Verification compares slumps with formulas.
 - **Surface tension, thixotropy, wall slip** are in none of these runs. Fronts thinner than the capillary length (2.5 mm) and
   drops of millimetres need the first.
 """
