@@ -8,7 +8,7 @@ _bulkley() {
   else
     case "$command $previous" in
       "rheometer --mode") words="shear extension planar startup relaxation creep oscillation thixotropy" ;;
-      "bench --scheme") words="pic flip blend apic" ;;
+      "bench --scheme") words="pic flip blend apic moment_flip" ;;
       "bench --order") words="quadratic cubic" ;;
       "bench --gradient") words="mls bspline" ;;
       "bench --only") words="floor cases sizes domain memory ranks" ;;
