@@ -6,16 +6,12 @@ namespace bulkley {
 
 namespace {
 
-Vec3 vector_of(const Node& node) { return {node.c[0], node.c[1], node.c[2]}; }
-
 /// What the motion of the wall adds to the velocity behind it, m/s.
 Vec3 added_behind(const NodeImage& image) { return (Vec3::Ones() - image.sign).cwiseProduct(image.velocity); }
 
 std::size_t place_of(const NodeConstraint& constraint) {
-  if (constraint.collider >= 0) return n_faces + static_cast<std::size_t>(constraint.collider);
-  Eigen::Index axis = 0;
-  constraint.normal.cwiseAbs().maxCoeff(&axis);
-  return 2 * static_cast<std::size_t>(axis) + (constraint.normal[axis] < 0.0 ? 1 : 0);
+  return static_cast<std::size_t>(constraint.collider < 0 ? face_of(constraint)
+                                                          : static_cast<int>(n_faces) + constraint.collider);
 }
 
 }  // namespace

@@ -13,20 +13,6 @@ Vec3 inward(FaceName face) {
   return (f % 2 == 0 ? 1.0 : -1.0) * Vec3::Unit(f / 2);
 }
 
-/// The face that a constraint by no collider is of.
-FaceName face_of(const NodeConstraint& constraint) {
-  int axis = 0;
-  constraint.normal.cwiseAbs().maxCoeff(&axis);
-  return static_cast<FaceName>(2 * axis + (constraint.normal[axis] > 0.0 ? 0 : 1));
-}
-
-/// The face in which a node behind it has its image.
-FaceName face_between(const Int3& behind, const Int3& front) {
-  std::size_t axis = 0;
-  while (behind[axis] == front[axis]) ++axis;
-  return static_cast<FaceName>(2 * axis + (front[axis] > behind[axis] ? 0 : 1));
-}
-
 /// The wall normal to `axis` that a node is on or behind.
 std::optional<FaceName> face_over(const Physics& physics, int axis, const Int3& node) {
   const auto a = static_cast<std::size_t>(axis);
@@ -35,8 +21,6 @@ std::optional<FaceName> face_over(const Physics& physics, int axis, const Int3& 
   if ((i > 0 && i < physics.grid.n_cells[a]) || !behaviour(physics.faces[f].kind).contact) return std::nullopt;
   return static_cast<FaceName>(f);
 }
-
-Vec3 vector_of(const Node& node) { return {node.c[0], node.c[1], node.c[2]}; }
 
 }  // namespace
 
@@ -104,7 +88,8 @@ void GaugeContact::fit_constraints(std::span<const NodeConstraint> constraints, 
     const std::size_t n_before = constraints_.size();
     bool is_watched = false;
     for (auto c = first; c != last; ++c) {
-      const Range shares = c->collider < 0 ? shares_on_faces(face_of(*c), nodes[place]) : shares_on_collider(*c);
+      const Range shares =
+          c->collider < 0 ? shares_on_faces(static_cast<FaceName>(face_of(*c)), nodes[place]) : shares_on_collider(*c);
       constraints_.push_back({*c, shares});
       is_watched = is_watched || shares.count > 0;
     }
@@ -123,8 +108,7 @@ void GaugeContact::fit_images(std::span<const NodeImage> images, const std::vect
   for (std::size_t k = images.size(); k-- > 0;) {
     const NodeImage& image = images[k];
     const Int3 behind = node_at(image.behind);
-    const FaceName face = face_between(behind, node_at(image.front));
-    const Range shares = shares_on_faces(face, behind);
+    const Range shares = shares_on_faces(static_cast<FaceName>(image.face), behind);
     if (shares.count == 0 && !folded_later.contains(image.front)) continue;
     folded_later.insert(image.behind);
     images_.push_back({image, image, shares});

@@ -9,6 +9,16 @@
 
 namespace bulkley {
 
+/// The velocity or momentum of a node. Not collective.
+inline Vec3 vector_of(const Node& node) { return {node.c[0], node.c[1], node.c[2]}; }
+
+/// Number of the face that a constraint by no collider is of: x lower, x upper, y lower, ... Not collective.
+inline int face_of(const NodeConstraint& constraint) {
+  int axis = 0;
+  constraint.normal.cwiseAbs().maxCoeff(&axis);
+  return 2 * axis + (constraint.normal[axis] > 0.0 ? 0 : 1);
+}
+
 struct GridUpdate {
   Vec3 gravity;          ///< m/s^2
   double dt;             ///< s
