@@ -10,8 +10,6 @@ namespace bulkley {
 
 namespace {
 
-constexpr int tag = 3;
-
 // Pool nodes pool .. pool + count - 1 are nodes of one tile, one after the other along z.
 struct TilePiece {
   int rank;  // that owns the tile
@@ -23,30 +21,6 @@ struct TilePiece {
 LocalIndex index_in(const PoolLayout& layout, LocalIndex slot, int column, int z) {
   return layout.row_offsets()[static_cast<std::size_t>(slot) * tile_width * tile_width + static_cast<std::size_t>(column)] +
          z;
-}
-
-// What `incoming` ranks send, one message after the other, while `sent` goes to `outgoing` ranks in the same way.
-std::vector<std::int32_t> trade(const Comm& comm, const std::vector<MessageSize>& outgoing,
-                                const std::vector<std::int32_t>& sent, const std::vector<MessageSize>& incoming,
-                                int numbers_per_item) {
-  GlobalIndex n = 0;
-  for (const MessageSize& message : incoming) n += message.count * numbers_per_item;
-  std::vector<std::int32_t> received(static_cast<std::size_t>(n));
-  std::vector<MPI_Request> requests;
-  std::int32_t* to = received.data();
-  for (const MessageSize& message : incoming) {
-    const auto count = static_cast<int>(message.count * numbers_per_item);
-    BULKLEY_MPI(MPI_Irecv(to, count, MPI_INT32_T, message.rank, tag, comm.get(), &requests.emplace_back()));
-    to += count;
-  }
-  const std::int32_t* from = sent.data();
-  for (const MessageSize& message : outgoing) {
-    const auto count = static_cast<int>(message.count * numbers_per_item);
-    BULKLEY_MPI(MPI_Isend(from, count, MPI_INT32_T, message.rank, tag, comm.get(), &requests.emplace_back()));
-    from += count;
-  }
-  BULKLEY_MPI(MPI_Waitall(static_cast<int>(requests.size()), requests.data(), MPI_STATUSES_IGNORE));
-  return received;
 }
 
 // The numbers of nodes as one array, and those of node n.

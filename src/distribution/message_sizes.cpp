@@ -8,6 +8,12 @@
 
 namespace bulkley {
 
+namespace {
+
+constexpr int tag = 3;
+
+}  // namespace
+
 std::vector<MessageSize> exchange_counts(const Comm& comm, const std::vector<MessageSize>& outgoing) {
   std::vector<PetscMPIInt> ranks;
   std::vector<GlobalIndex> counts;
@@ -26,6 +32,29 @@ std::vector<MessageSize> exchange_counts(const Comm& comm, const std::vector<Mes
   BULKLEY_PETSC(PetscFree(source_counts));
   std::sort(incoming.begin(), incoming.end(), [](const MessageSize& a, const MessageSize& b) { return a.rank < b.rank; });
   return incoming;
+}
+
+std::vector<std::int32_t> trade(const Comm& comm, const std::vector<MessageSize>& outgoing,
+                                const std::vector<std::int32_t>& sent, const std::vector<MessageSize>& incoming,
+                                int numbers_per_item) {
+  GlobalIndex n = 0;
+  for (const MessageSize& message : incoming) n += message.count * numbers_per_item;
+  std::vector<std::int32_t> received(static_cast<std::size_t>(n));
+  std::vector<MPI_Request> requests;
+  std::int32_t* to = received.data();
+  for (const MessageSize& message : incoming) {
+    const auto count = static_cast<int>(message.count * numbers_per_item);
+    BULKLEY_MPI(MPI_Irecv(to, count, MPI_INT32_T, message.rank, tag, comm.get(), &requests.emplace_back()));
+    to += count;
+  }
+  const std::int32_t* from = sent.data();
+  for (const MessageSize& message : outgoing) {
+    const auto count = static_cast<int>(message.count * numbers_per_item);
+    BULKLEY_MPI(MPI_Isend(from, count, MPI_INT32_T, message.rank, tag, comm.get(), &requests.emplace_back()));
+    from += count;
+  }
+  BULKLEY_MPI(MPI_Waitall(static_cast<int>(requests.size()), requests.data(), MPI_STATUSES_IGNORE));
+  return received;
 }
 
 }  // namespace bulkley

@@ -1,6 +1,7 @@
 #pragma once
 // Who sends how much to whom, where only the senders know.
 
+#include <cstdint>
 #include <vector>
 
 #include "bulkley/parallel/comm.hpp"
@@ -16,5 +17,11 @@ struct MessageSize {
 /// Tells each rank what comes to it, and learns the same, by ascending rank; one non-blocking barrier when there is nothing.
 /// Collective.
 std::vector<MessageSize> exchange_counts(const Comm& comm, const std::vector<MessageSize>& outgoing);
+
+/// What `incoming` ranks send, one message after the other, while `sent` goes to `outgoing` ranks in the same way. Counts are of
+/// items of so many numbers. Collective.
+std::vector<std::int32_t> trade(const Comm& comm, const std::vector<MessageSize>& outgoing,
+                                const std::vector<std::int32_t>& sent, const std::vector<MessageSize>& incoming,
+                                int numbers_per_item);
 
 }  // namespace bulkley

@@ -30,23 +30,19 @@ enum Term {
 };
 using Terms = std::array<double, n_terms>;
 
-Terms terms_of(const GridGeometry& grid, const TransferSettings& transfer, const Vec3& gravity,
-               const std::vector<NamedMaterial>& materials, const ParticleSet& set, LocalIndex p) {
+Terms terms_of(const Physics& physics, const ParticleSet& set, LocalIndex p) {
   const double m = set.real(Field::mass)[p], volume = set.real(Field::reference_volume)[p];
   const Vec3 x = set.vector(Field::position, p), v = set.vector(Field::velocity, p);
   Vec3 spin = x.cross(v);
   double affine_square = 0.0;
-  if (transfer.affine()) {
+  const double d = affine_inertia(physics.grid, physics.transfer);
+  if (d > 0.0) {
     // B_p = C_p D_p; its axial part belongs to the angular momentum (Jiang et al. 2015).
-    const double d = affine_inertia(grid, transfer);
     auto b = [&](int r, int c) { return d * set.real(Field::affine_velocity, 3 * r + c)[p]; };
     for (int c = 0; c < 9; ++c) affine_square += std::pow(set.real(Field::affine_velocity, c)[p], 2);
     spin += Vec3(b(2, 1) - b(1, 2), b(0, 2) - b(2, 0), b(1, 0) - b(0, 1));
   }
-  const Material& material = materials[set.material()[p]].material;
-  const double energy_density =
-      std::visit([&](const auto& law) { return law.energy_density(particle_state(law, set, p)); }, material);
-  const bool fluid_like = bulkley::flows(material);
+  const bool fluid_like = bulkley::flows(physics.materials[set.material()[p]].material);
   Terms t{};
   t[mass] = m;
   for (int a = 0; a < 3; ++a) {
@@ -54,9 +50,9 @@ Terms terms_of(const GridGeometry& grid, const TransferSettings& transfer, const
     t[angular + a] = m * spin[a];
     t[moment + a] = m * x[a];
   }
-  t[kinetic] = 0.5 * m * (v.squaredNorm() + affine_inertia(grid, transfer) * affine_square);
-  t[elastic] = volume * energy_density;
-  t[potential] = -m * gravity.dot(x);
+  t[kinetic] = 0.5 * m * (v.squaredNorm() + d * affine_square);
+  t[elastic] = elastic_energy(physics, set, p);
+  t[potential] = -m * physics.gravity.dot(x);
   t[dissipated] = volume * set.real(Field::plastic_dissipation)[p];
   t[fluid] = fluid_like ? m : 0.0;
   t[flowing] = fluid_like && set.real(Field::plastic_shear_rate)[p] > 0.0 ? m : 0.0;
@@ -65,12 +61,23 @@ Terms terms_of(const GridGeometry& grid, const TransferSettings& transfer, const
 
 }  // namespace
 
+double elastic_energy(const Physics& physics, const ParticleSet& particles, LocalIndex p) {
+  const std::uint8_t m = particles.material()[p];
+  double density = std::visit([&](const auto& law) { return law.energy_density(particle_state(law, particles, p)); },
+                              physics.materials[m].material);
+  const VolumetricLaws& laws = physics.volumetric_laws;
+  if (!laws.empty() && laws[m]) {
+    const double stress = particles.real(Field::cell_mean_stress)[p];
+    density += stress * stress / (2.0 * laws[m]->bulk_modulus);
+  }
+  return particles.real(Field::reference_volume)[p] * density;
+}
+
 double affine_inertia(const GridGeometry& grid, const TransferSettings& transfer) {
   return transfer.affine() ? grid.cell_size * grid.cell_size / inverse_second_moment(grid.order) : 0.0;
 }
 
-Diagnostics diagnose(const Comm& comm, const GridGeometry& grid, const TransferSettings& transfer, const Vec3& gravity,
-                     const std::vector<NamedMaterial>& materials, const ParticleSet& particles) {
+Diagnostics diagnose(const Comm& comm, const Physics& physics, const ParticleSet& particles) {
   const LocalIndex n = particles.size();
   std::vector<double> terms;  // a row a particle
   terms.reserve(static_cast<std::size_t>(n) * n_terms);
@@ -79,7 +86,7 @@ Diagnostics diagnose(const Comm& comm, const GridGeometry& grid, const TransferS
   largest.fill(0.0);
   std::fill(largest.begin() + n_terms, largest.end(), -std::numeric_limits<double>::infinity());
   for (LocalIndex p = 0; p < n; ++p) {
-    const Terms row = terms_of(grid, transfer, gravity, materials, particles, p);
+    const Terms row = terms_of(physics, particles, p);
     terms.insert(terms.end(), row.begin(), row.end());
     for (int k = 0; k < n_terms; ++k) largest[k] = std::max(largest[k], std::abs(row[k]));
     for (int a = 0; a < 3; ++a) {

@@ -4,9 +4,7 @@
 #include "bulkley/integrator/diagnostics.hpp"
 #include "bulkley/parallel/comm.hpp"
 #include "bulkley/particle/particle_set.hpp"
-#include "grid/grid_geometry.hpp"
-#include "kernel/transfer.hpp"
-#include "material/material.hpp"
+#include "integrator/physics.hpp"
 
 namespace bulkley {
 
@@ -14,8 +12,10 @@ namespace bulkley {
 /// collective.
 double affine_inertia(const GridGeometry& grid, const TransferSettings& transfer);
 
+/// What particle p stores, J: the energy of its law and, under an implicit pressure p, V p^2 / (2 kappa). Not collective.
+double elastic_energy(const Physics& physics, const ParticleSet& particles, LocalIndex p);
+
 /// The same bits on any number of ranks: sums are order-free to 2^-100 of the largest term, then rounded once. Collective.
-Diagnostics diagnose(const Comm& comm, const GridGeometry& grid, const TransferSettings& transfer, const Vec3& gravity,
-                     const std::vector<NamedMaterial>& materials, const ParticleSet& particles);
+Diagnostics diagnose(const Comm& comm, const Physics& physics, const ParticleSet& particles);
 
 }  // namespace bulkley

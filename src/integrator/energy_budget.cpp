@@ -126,6 +126,24 @@ void EnergyBudget::before_kick(const GridUpdate& update, std::span<const LocalIn
       });
 }
 
+void EnergyBudget::later_kick(const GridUpdate& update, std::span<const LocalIndex> active, const Node* nodes,
+                              const Node* impulses) {
+  if (combined_) return;
+  Block kick;
+  by_blocks(
+      active,
+      [&](LocalIndex n, std::size_t i) {
+        const double* v = nodes[n].c;
+        const double* f = impulses[n].c;
+        kick[i] = 0.0;
+        if (!(v[3] > update.smallest_mass)) return;
+        for (int a = 0; a < 3; ++a) kick[i] += f[a] * (v[a] + 0.5 * (f[a] / v[3]));
+      },
+      [&](std::size_t size) {
+        trial_[kicks].add({kick, size});
+      });
+}
+
 void EnergyBudget::after_contact(const GridUpdate& update, std::span<const LocalIndex> active, const Node* nodes) {
   const Vec3 fall = update.dt * update.gravity;
   const bool falls = !fall.isZero(0.0);
@@ -207,11 +225,8 @@ void EnergyBudget::end_step(const ParticleSet& particles, std::span<const LocalI
   std::vector<double> moving, elastic, dissipated;
   for (const LocalIndex p : removed) {
     const double volume = particles.real(Field::reference_volume)[p];
-    const Material& material = physics_.materials[particles.material()[p]].material;
     moving.push_back(kinetic_energy(particles, p, inertia_));
-    elastic.push_back(
-        volume *
-        std::visit([&](const auto& law) { return law.energy_density(particle_state(law, particles, p)); }, material));
+    elastic.push_back(elastic_energy(physics_, particles, p));
     dissipated.push_back(volume * particles.real(Field::plastic_dissipation)[p]);
   }
   sums_[removed_kinetic].add(moving);

@@ -69,6 +69,8 @@ class EnergyBudget {
   ContactAccount& contact() { return contact_; }
   /// Folded momenta and impulses, before grid_update; `impulse` is null where combined.
   void before_kick(const GridUpdate& update, std::span<const LocalIndex> active, const Node* nodes, const Node* impulse);
+  /// Folded impulses that come after the node update; `nodes` before them.
+  void later_kick(const GridUpdate& update, std::span<const LocalIndex> active, const Node* nodes, const Node* impulses);
   /// Velocities after contact.
   void after_contact(const GridUpdate& update, std::span<const LocalIndex> active, const Node* nodes);
 

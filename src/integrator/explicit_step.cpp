@@ -23,6 +23,7 @@ constexpr double empty_mass = 0x1p-48;
 ExplicitStep::ExplicitStep(StepParts& parts)
     : parts_(parts), splits_(parts.physics.transfer.keeps_residual()), received_(parts.contact.no_impulses()) {
   parts_.budget.set_combined(!splits_);
+  if (!parts.physics.volumetric_laws.empty()) pressure_ = std::make_unique<ImplicitPressure>(parts);
   for (const NamedMaterial& named : parts.physics.materials)
     shear_wave_speed_ = std::max(shear_wave_speed_, shear_wave_speed_at_rest(named.material));
 }
@@ -38,7 +39,12 @@ StepReport ExplicitStep::step(const StepRequest& request, TimeStepState& state) 
   for (;;) {
     report.plan = plan_step(settings, cell_size, particles.bounds(), colliders, request.remaining, state);
     local = {};
-    compute_nodes(request.time, report.plan.dt, local);
+    report.pressure = compute_nodes(request.time, report.plan.dt, local);
+    if (!report.pressure.solved) {
+      reject_unsolved(settings, report.plan, state);
+      ++report.n_rejected;
+      continue;
+    }
     if (!report.plan.checked) break;
     const StepBounds motion = trial_motion(local);
     if (motion.failed()) {  // a smaller step cannot fix it
@@ -62,11 +68,12 @@ StepReport ExplicitStep::step(const StepRequest& request, TimeStepState& state) 
 }
 
 // Particles -> the velocities of the nodes in every pool. Changes no particle.
-void ExplicitStep::compute_nodes(double time, double dt, StepBounds& local) {
+PressureReport ExplicitStep::compute_nodes(double time, double dt, StepBounds& local) {
   const SumBounds sums = sum_bounds(parts_.physics.grid, parts_.physics.transfer, parts_.particles.bounds(), dt, splits_);
   particles_to_nodes(dt, sums);
-  update_nodes(time, {parts_.physics.gravity, dt, empty_mass * sums.mass}, local);
+  const PressureReport pressure = update_nodes(time, {parts_.physics.gravity, dt, empty_mass * sums.mass}, local);
   nodes_to_pools();
+  return pressure;
 }
 
 TimeStepLimit ExplicitStep::dt_limit(const StepBounds& bounds, double time, double remaining) const {
@@ -120,7 +127,20 @@ void ExplicitStep::particles_to_nodes(double dt, const SumBounds& sums) {
     particles.exchange().add(pool_.data(), velocity_.data());
 }
 
-void ExplicitStep::update_nodes(double time, const GridUpdate& update, StepBounds& local) {
+// The phases of explicit forces, of the pressure and of contact follow each other.
+PressureReport ExplicitStep::update_nodes(double time, const GridUpdate& update, StepBounds& local) {
+  Node* const nodes = velocity_.data();
+  push_nodes(time, update, local);
+  PressureReport pressure;
+  if (pressure_ && update.dt > 0.0) pressure = pressure_->apply(time, update, nodes, change());
+  const PhaseTimer timer(parts_.times, Phase::grid_update);
+  received_.clear();
+  parts_.contact.apply(time, update, nodes, change(), received_, parts_.budget.contact());
+  parts_.budget.after_contact(update, parts_.particles.exchange().active_nodes(), nodes);
+  return pressure;
+}
+
+void ExplicitStep::push_nodes(double time, const GridUpdate& update, StepBounds& local) {
   const PhaseTimer timer(parts_.times, Phase::grid_update);
   Node* const nodes = velocity_.data();
   EnergyBudget& budget = parts_.budget;
@@ -133,9 +153,6 @@ void ExplicitStep::update_nodes(double time, const GridUpdate& update, StepBound
   parts_.contact.fold(update, nodes, change(), budget.contact());
   budget.before_kick(update, active, nodes, change());
   grid_update(update, active, nodes, change());
-  received_.clear();
-  parts_.contact.apply(time, update, nodes, change(), received_, budget.contact());
-  budget.after_contact(update, active, nodes);
 }
 
 void ExplicitStep::nodes_to_pools() {
@@ -182,6 +199,7 @@ void ExplicitStep::nodes_to_particles(double dt, StepBounds& local) {
         g2p(physics.grid, transfer, grid.layout(), grid.map(), dt, pool_.data(), particles, local, block);
       parts_.budget.add_moved(particles, block);
     }
+    if (pressure_) pressure_->keep_volumes(block);
     {
       const PhaseTimer timer(parts_.times, Phase::stress_update);
       double begin = MPI_Wtime();
@@ -194,6 +212,7 @@ void ExplicitStep::nodes_to_particles(double dt, StepBounds& local) {
     }
     grid.place(block);
   }
+  if (pressure_) pressure_->update_volumes(local);
   parts_.budget.end_step(particles, grid.removed());
 }
 
@@ -206,7 +225,7 @@ std::span<const Node> ExplicitStep::node_velocities(double time) {
 
 std::size_t ExplicitStep::memory() const {
   return (pool_.capacity() + velocity_.capacity() + change_.capacity()) * sizeof(Node) +
-         pairs_.capacity() * sizeof(NodePair);
+         pairs_.capacity() * sizeof(NodePair) + (pressure_ ? pressure_->memory() : 0);
 }
 
 }  // namespace bulkley

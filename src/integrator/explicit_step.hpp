@@ -1,7 +1,11 @@
 #pragma once
 // The explicit step: symplectic Euler on the nodes, dt bounded by the elastic wave, viscosity, speed and deformation
-// (docs/theory.md).
+// (docs/theory.md). With an implicit pressure (integrator imex) the same, but that the pressure of laws with a volumetric part
+// is that of the end of the step, and their waves of pressure bound nothing.
 
+#include <memory>
+
+#include "integrator/implicit_pressure.hpp"
 #include "integrator/integrator.hpp"
 #include "kernel/p2g.hpp"
 
@@ -23,9 +27,10 @@ class ExplicitStep : public Integrator {
   double collider_speed(const StepBounds& bounds, double time, double remaining) const;
   double kept_share(double dt) const;
   void particles_to_nodes(double dt, const SumBounds& sums);
-  void update_nodes(double time, const GridUpdate& update, StepBounds& local);
+  PressureReport update_nodes(double time, const GridUpdate& update, StepBounds& local);
+  void push_nodes(double time, const GridUpdate& update, StepBounds& local);
   void nodes_to_pools();
-  void compute_nodes(double time, double dt, StepBounds& local);
+  PressureReport compute_nodes(double time, double dt, StepBounds& local);
   StepBounds trial_motion(const StepBounds& local);
   void nodes_to_particles(double dt, StepBounds& local);
 
@@ -38,7 +43,8 @@ class ExplicitStep : public Integrator {
   NodePairVector pairs_;  ///< of the pool, only where splits_
   NodeVector velocity_;   ///< {m v, m}, then {v, m} of the owned nodes
   NodeVector change_;     ///< {dt f, -}, then the change of velocity in the step; only where splits_
-  ContactImpulses received_;  ///< by the colliders from this rank's nodes in the step being tried
+  std::unique_ptr<ImplicitPressure> pressure_;  ///< none where all forces are explicit
+  ContactImpulses received_;                    ///< by the colliders from this rank's nodes in the step being tried
 };
 
 }  // namespace bulkley

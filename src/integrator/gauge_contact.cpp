@@ -152,6 +152,19 @@ void GaugeContact::before_fold(const GridUpdate& update, const Node* nodes, cons
   }
 }
 
+void GaugeContact::before_later_fold(const Node* impulses) {
+  for (std::size_t n = 0; n < copied_.size(); ++n) copy_[n] = impulses[copied_[n]];
+  for (std::size_t k = 0; k < images_.size(); ++k) {
+    const NodeImage& image = images_[k].in_copy;
+    const Vec3 impulse = vector_of(copy_[static_cast<std::size_t>(image.behind)]);
+    behind_[k].impulse += impulse;
+    behind_[k].momentum += impulse;
+    Node& front = copy_[static_cast<std::size_t>(image.front)];
+    for (int a = 0; a < 3; ++a) front.c[a] += image.sign[a] * impulse[a];
+    copy_[static_cast<std::size_t>(image.behind)] = Node{};
+  }
+}
+
 void GaugeContact::before_constraints(const Node* nodes, ContactImpulses& received) const {
   LocalIndex node = -1;
   Vec3 velocity = Vec3::Zero();

@@ -37,6 +37,8 @@ class GaugeContact {
   /// Before apply_constraints with those of colliders that move. Not collective.
   void before_moving(std::span<const NodeConstraint> constraints, double time, const Node* nodes,
                      ContactImpulses& received) const;
+  /// After before_fold, of further impulses that are about to be folded. Not collective.
+  void before_later_fold(const Node* impulses);
   /// After unfold_images. Not collective.
   void after_unfold(const Node* nodes, const Node* change, ContactImpulses& received) const;
 

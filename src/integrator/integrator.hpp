@@ -16,11 +16,19 @@ struct StepRequest {
   std::int32_t from_rank = 0;  ///< merged over ranks (largest), it comes back as StepReport::bounds.requests.caller
 };
 
+/// How the implicit pressure of a step was found.
+struct PressureReport {
+  int n_iterations = 0;  ///< of conjugate gradients, over all rounds
+  int n_rounds = 0;      ///< solutions until walls and free surfaces kept their state
+  bool solved = true;    ///< false: the tolerance was not reached, or a number is not finite
+};
+
 /// How a step went; the same on every rank.
 struct StepReport {
-  TimeStepPlan plan;   ///< the plan that was carried out
-  int n_rejected = 0;  ///< plans that were judged bad before it
-  StepBounds bounds;   ///< merged over ranks, after the step
+  TimeStepPlan plan;        ///< the plan that was carried out
+  int n_rejected = 0;       ///< plans that were judged bad before it
+  PressureReport pressure;  ///< of an implicit pressure
+  StepBounds bounds;        ///< merged over ranks, after the step
 };
 
 class Integrator {

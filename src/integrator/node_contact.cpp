@@ -48,6 +48,15 @@ void NodeContact::apply(double time, const GridUpdate& update, Node* nodes, Node
   gauges_.after_unfold(nodes, change, received);
 }
 
+void NodeContact::fold_later(Node* impulses) {
+  gauges_.before_later_fold(impulses);
+  for (const NodeImage& image : images_)
+    for (int a = 0; a < 3; ++a) {
+      impulses[image.front].c[a] += image.sign[a] * impulses[image.behind].c[a];
+      impulses[image.behind].c[a] = 0.0;
+    }
+}
+
 double NodeContact::collider_speed(double first, double last) const {
   return bulkley::collider_speed(physics_.grid, physics_.colliders, first, last);
 }

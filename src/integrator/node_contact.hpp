@@ -32,6 +32,9 @@ class NodeContact {
     gauges_.before_fold(update, nodes, impulse);
     account.fold(update, images_, nodes, impulse);
   }
+  /// Impulses that were found after `fold` and the node update, of nodes in front of walls and behind -> of those in front. Not
+  /// collective.
+  void fold_later(Node* impulses);
   /// Velocities -> velocities after contact in a step from `time`, and of the nodes behind walls. `change`: as
   /// apply_constraints. Adds what colliders and gauges receive to `received`. Not collective.
   void apply(double time, const GridUpdate& update, Node* nodes, Node* change, ContactImpulses& received,

@@ -7,6 +7,7 @@
 #include "config/formula.hpp"
 #include "grid/boundary.hpp"
 #include "grid/gauge.hpp"
+#include "kernel/pressure_cells.hpp"
 #include "kernel/transfer.hpp"
 #include "material/material.hpp"
 #include "stepping/time_step.hpp"
@@ -23,6 +24,8 @@ struct Physics {
   std::vector<Collider> colliders;
   VectorFormula acceleration_field;  ///< m/s^2, of x, y, z, t
   std::vector<Gauge> gauges;
+  /// With an implicit pressure: the volumetric parts of the materials' laws, which `materials` then lack. Empty otherwise.
+  VolumetricLaws volumetric_laws = {};
 };
 
 }  // namespace bulkley

@@ -44,6 +44,34 @@ const char* law_name(const Material& material) {
   return std::visit([](const auto& law) { return law.law_name; }, material);
 }
 
+namespace {
+
+template <class Law>
+concept HasVolumetricLaw = requires(const Law& law) { law.volumetric(); };
+
+}  // namespace
+
+std::optional<VolumetricLaw> volumetric_law(const Material& material) {
+  return std::visit(
+      []<class Law>(const Law& law) -> std::optional<VolumetricLaw> {
+        if constexpr (HasVolumetricLaw<Law>)
+          return law.volumetric();
+        else
+          return std::nullopt;
+      },
+      material);
+}
+
+Material without_volumetric_law(const Material& material) {
+  Material rest = material;
+  std::visit(
+      []<class Law>(Law& law) {
+        if constexpr (HasVolumetricLaw<Law>) law.parameters.bulk_modulus = 0.0;
+      },
+      rest);
+  return rest;
+}
+
 bool flows(const Material& material) {
   if (const auto* added = std::get_if<AddedLaw>(&material)) return added->parameters.model->flows();
   return std::visit([](const auto& law) { return law.flows; }, material);

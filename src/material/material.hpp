@@ -45,6 +45,12 @@ const char* law_name(const Material& material);
 /// Speed of a shear wave in the material at rest, m/s; 0 where it holds no shear stress. Not collective.
 double shear_wave_speed_at_rest(const Material& material);
 
+/// What of a material's stress depends on volume alone; none where its law does not keep it apart. Not collective.
+std::optional<VolumetricLaw> volumetric_law(const Material& material);
+
+/// The material without that part: its stress is the rest of the law's, its waves are those of shear. Not collective.
+Material without_volumetric_law(const Material& material);
+
 /// Whether a material deforms irreversibly, as fluids do. Not collective.
 bool flows(const Material& material);
 

@@ -15,7 +15,8 @@ enum class Phase : int {
   p2g,
   exchange,
   grid_update,
-  judge,  ///< of a trial step, before a particle changes
+  pressure,  ///< implicit
+  judge,     ///< of a trial step, before a particle changes
   g2p,
   stress_update,
   locate,

@@ -13,6 +13,11 @@ using Place = DerivedField::Place;
 SymTensor<double> kirchhoff_stress(const Place& at) {
   SymTensor<double> tau;
   for (int c = 0; c < 6; ++c) tau.c[c] = at.particles.real(Field::kirchhoff_stress, c)[at.p];
+  // Under an implicit pressure tau is what the law gives beside it.
+  if (at.particles.has(Field::cell_mean_stress)) {
+    const double spherical = at.particles.real(Field::volume_ratio)[at.p] * at.particles.real(Field::cell_mean_stress)[at.p];
+    for (int a = 0; a < 3; ++a) tau.c[a] += spherical;
+  }
   return tau;
 }
 

@@ -12,6 +12,34 @@ inline config::Names<TimeStepMode> names(config::Of<TimeStepMode>) {
   return {{"adaptive", TimeStepMode::adaptive}, {"fixed", TimeStepMode::fixed}};
 }
 
+inline config::Names<IntegratorKind> names(config::Of<IntegratorKind>) {
+  return {{"explicit", IntegratorKind::explicit_step}, {"imex", IntegratorKind::imex}};
+}
+
+inline const config::Keys<PressureSettings>& keys(config::Of<PressureSettings>) {
+  using S = PressureSettings;
+  static const auto table =
+      config::Keys<S>("The implicit pressure of `time.integrator = \"imex\"` (docs/theory.md, \"Implicit pressure\").")
+          .key("tolerance", &S::tolerance,
+               {.about = "Residual of the pressure system, as a part of its right side, at which it counts as solved.",
+                .range = config::between(1e-10, 0.1)})
+          .key("max_iterations", &S::max_iterations,
+               {.about = "Iterations of one solution beyond which the step is rejected and halved.",
+                .unit = "iterations",
+                .range = config::between(1.0, 1e5)})
+          .key("stabilisation", &S::stabilisation,
+               {.about = "How much pressures may differ within blocks of 2 x 2 x 2 cells, from 0, at will, to 1.",
+                .range = config::between(0.0, 1.0)})
+          .key("relaxation", &S::relaxation,
+               {.about = "Part by which the volume ratios of a cell's particles approach their mean in a step.",
+                .range = config::between(0.0, 1.0)})
+          .key("contact_rounds", &S::contact_rounds,
+               {.about = "Solutions a step, at most, to find which separating walls and colliders hold.",
+                .unit = "solutions",
+                .range = config::between(1.0, 100.0)});
+  return table;
+}
+
 inline config::Names<DeformationCheck> names(config::Of<DeformationCheck>) {
   return {{"risky", DeformationCheck::risky}, {"always", DeformationCheck::always}};
 }
@@ -22,6 +50,12 @@ inline const config::Keys<TimeStepSettings>& keys(config::Of<TimeStepSettings>) 
   static const auto table =
       config::Keys<S>("How long the run lasts, and its time step (docs/theory.md, \"Time step\").")
           .key("end", &S::end_time, {.about = "End of the run.", .unit = "s", .range = config::above(0.0), .required = true})
+          .key(
+              "integrator", &S::integrator,
+              {.about = "Whether all forces are explicit, or the pressure is implicit: then the bulk modulus does not limit "
+                        "the time step."})
+          .key("pressure", &S::pressure, {.about = "The implicit pressure."})
+          .only_with("integrator = \"imex\"", [](const S& s) { return s.integrator == IntegratorKind::imex; })
           .key("mode", &S::mode, {.about = "Whether the time step follows the limits or is fixed."})
           .key("dt", &S::dt_fixed, {.about = "The time step.", .unit = "s", .range = config::above(0.0), .required = true})
           .formerly("step")

@@ -119,9 +119,7 @@ void Run::begin_energy_budget() {
   state.energy_start = {now.kinetic_energy, now.elastic_energy, now.dissipated_energy};
 }
 
-Diagnostics Run::diagnostics() const {
-  return diagnose(comm, scene.grid, scene.transfer, scene.gravity, scene.materials, solver->particles());
-}
+Diagnostics Run::diagnostics() const { return diagnose(comm, solver->physics(), solver->particles()); }
 
 bool Run::at_end() const {
   return state.time >= scene.time_stepping.end_time || (options.max_steps >= 0 && state.step >= options.max_steps);

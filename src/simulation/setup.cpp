@@ -18,13 +18,20 @@ namespace bulkley {
 Physics physics_of(const Scene& scene) {
   std::vector<Collider> colliders = scene.colliders;
   for (Collider& collider : colliders) collider.shape = sampled_for_contact(collider.shape, scene.grid.cell_size);
-  return {scene.grid,  scene.transfer, scene.time_stepping,      scene.gravity,      scene.materials,
-          scene.faces, colliders,      scene.acceleration_field, scene.output.gauges};
+  Physics physics{scene.grid,  scene.transfer, scene.time_stepping,      scene.gravity,      scene.materials,
+                  scene.faces, colliders,      scene.acceleration_field, scene.output.gauges};
+  if (scene.time_stepping.integrator == IntegratorKind::imex)
+    for (NamedMaterial& named : physics.materials) {
+      physics.volumetric_laws.push_back(volumetric_law(named.material));
+      named.material = without_volumetric_law(named.material);
+    }
+  return physics;
 }
 
 OptionalFields optional_fields(const Scene& scene) {
   OptionalFields fields = internal_fields(scene.materials);
   if (scene.transfer.needs_velocity_gradient()) fields.insert(Field::velocity_gradient);
+  if (scene.time_stepping.integrator == IntegratorKind::imex) fields.insert(Field::cell_mean_stress);
   return fields;
 }
 

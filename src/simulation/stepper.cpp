@@ -47,9 +47,6 @@ void Stepper::advance(double duration) {
 
 const ParticleSet& Stepper::particles() const { return parts_->solver->particles(); }
 
-Diagnostics Stepper::diagnostics() const {
-  const Scene& scene = parts_->scene;
-  return diagnose(parts_->comm, scene.grid, scene.transfer, scene.gravity, scene.materials, particles());
-}
+Diagnostics Stepper::diagnostics() const { return diagnose(parts_->comm, parts_->solver->physics(), particles()); }
 
 }  // namespace bulkley

@@ -180,8 +180,11 @@ bool is_acceptable(const TimeStepSettings& settings, double cell_size, const Tim
          plan.dt * motion.motion.speed.value <= cell_size && motion.failures.n_not_finite == 0;
 }
 
-void reject_step(const TimeStepSettings& settings, const TimeStepPlan& plan, const StepBounds& motion,
-                 TimeStepState& state) {
+namespace {
+
+// `reason`: why no smaller step will do, should it come to that.
+void reject(const TimeStepSettings& settings, const TimeStepPlan& plan, TimeStepState& state, const std::string& reason,
+            GlobalIndex id) {
   ++state.n_rejected;
   if (plan.trial) {
     ++state.n_trials;
@@ -191,11 +194,23 @@ void reject_step(const TimeStepSettings& settings, const TimeStepPlan& plan, con
   }
   const double smallest = dt_min(settings, state);
   if (plan.dt <= smallest)
-    throw NoStep(fmt::format("the time step would fall below its smallest value of {:.6g} s: even that step deforms a "
-                             "particle by more than {:.3g}",
-                             smallest, settings.deformation_limit),
-                 motion.motion.velocity_gradient.id, advice_on_dt_min);
+    throw NoStep(fmt::format("the time step would fall below its smallest value of {:.6g} s: {}", smallest, reason), id,
+                 advice_on_dt_min);
   state.dt_stable = std::max(0.5 * plan.dt, smallest);
+}
+
+}  // namespace
+
+void reject_step(const TimeStepSettings& settings, const TimeStepPlan& plan, const StepBounds& motion,
+                 TimeStepState& state) {
+  reject(settings, plan, state,
+         fmt::format("even that step deforms a particle by more than {:.3g}", settings.deformation_limit),
+         motion.motion.velocity_gradient.id);
+}
+
+void reject_unsolved(const TimeStepSettings& settings, const TimeStepPlan& plan, TimeStepState& state) {
+  reject(settings, plan, state,
+         fmt::format("even in that step the pressure is not found in {} iterations", settings.pressure.max_iterations), -1);
 }
 
 void accept_step(const TimeStepSettings& settings, const TimeStepPlan& plan, const StepBounds& bounds,

@@ -9,12 +9,26 @@
 
 namespace bulkley {
 
+/// How nodes get their velocities: all forces at the start of the step, or the pressure at its end.
+enum class IntegratorKind { explicit_step, imex };
+
+/// The implicit pressure of integrator imex, table [time.pressure] of a scene (docs/theory.md, "Implicit pressure").
+struct PressureSettings {
+  double tolerance = 1e-3;      ///< of the residual, in the energy norm of the diagonal
+  int max_iterations = 300;     ///< beyond, the step is rejected
+  double stabilisation = 0.05;  ///< zeta of (I7)
+  double relaxation = 0.1;      ///< beta of (I9)
+  int contact_rounds = 5;       ///< solutions a step, at most, to find which walls hold
+};
+
 enum class TimeStepMode { adaptive, fixed };
 enum class DeformationCheck { risky, always };
 
 /// The user's choices, table [time] of a scene.
 struct TimeStepSettings {
   double end_time = 0.0;  ///< s
+  IntegratorKind integrator = IntegratorKind::explicit_step;
+  PressureSettings pressure;
   TimeStepMode mode = TimeStepMode::adaptive;
   double dt_fixed = 0.0;                ///< s, mode fixed
   bool allow_unstable = false;          ///< fixed step above the limits: warn instead of refusing
@@ -89,6 +103,9 @@ bool is_acceptable(const TimeStepSettings& settings, double cell_size, const Tim
 /// After a bad step: a trial falls back to the last stable step and doubles the wait; any other halves the stable step.
 /// `motion`: the motion that the plan was checked with. Throws NoStep below the smallest step. Not collective.
 void reject_step(const TimeStepSettings& settings, const TimeStepPlan& plan, const StepBounds& motion, TimeStepState& state);
+
+/// After a step whose equations were not solved: as reject_step. Throws NoStep below the smallest step. Not collective.
+void reject_unsolved(const TimeStepSettings& settings, const TimeStepPlan& plan, TimeStepState& state);
 
 /// After a step was taken; `bounds` are those it ended with. Not collective.
 void accept_step(const TimeStepSettings& settings, const TimeStepPlan& plan, const StepBounds& bounds, TimeStepState& state);

@@ -17,7 +17,7 @@ namespace {
 
 Diagnostics diagnosed(const Comm& comm, const Solver& solver) {
   const Physics& p = solver.physics();
-  return diagnose(comm, p.grid, p.transfer, p.gravity, p.materials, solver.particles());
+  return diagnose(comm, p, solver.particles());
 }
 
 EnergyStart start_of(const Comm& comm, const Solver& solver) {

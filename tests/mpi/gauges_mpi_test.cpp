@@ -52,7 +52,7 @@ class GaugesTest : public testing::Test {
 
   static Vec3 momentum(const Comm& on, const Solver& solver) {
     const Physics& p = solver.physics();
-    return diagnose(on, p.grid, p.transfer, p.gravity, p.materials, solver.particles()).momentum;
+    return diagnose(on, p, solver.particles()).momentum;
   }
 
   static std::unique_ptr<Solver> started(const Comm& on, const SolverScene& scene) {
@@ -74,9 +74,7 @@ class GaugesTest : public testing::Test {
   void expect_balance(const SolverScene& scene, const std::string& what) {
     const auto solver = started(comm, scene);
     const Vec3 before = momentum(comm, *solver);
-    const double mass = diagnose(comm, scene.physics.grid, scene.physics.transfer, scene.physics.gravity,
-                                 scene.physics.materials, solver->particles())
-                            .mass;
+    const double mass = diagnose(comm, scene.physics, solver->particles()).mass;
     advance(*solver, n_steps);
     Vec3 taken = Vec3::Zero();
     double largest = 0.0;

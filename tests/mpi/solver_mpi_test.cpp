@@ -259,7 +259,7 @@ TEST_F(SolverTest, AdaptiveAndFixedStepsAgreeToFirstOrder) {
       t = report.plan.lands ? end : t + report.plan.dt;
     }
     const Physics& physics = scene.physics;
-    return diagnose(comm, physics.grid, physics.transfer, physics.gravity, physics.materials, solver->particles());
+    return diagnose(comm, physics, solver->particles());
   };
   double difference[2];
   for (int k = 0; k < 2; ++k) {
@@ -456,9 +456,7 @@ TEST_F(SolverTest, DiagnosticsAreTheSameOnAnyNumberOfRanks) {
   TimeStepState state;
   for (int step = 0; step < 20; ++step) solver->step({0.0, 1.0}, state);
   const ParticleSet all = gathered(comm, solver->particles());
-  const auto diagnosed = [&](const Comm& on, const ParticleSet& particles) {
-    return diagnose(on, physics.grid, physics.transfer, physics.gravity, physics.materials, particles);
-  };
+  const auto diagnosed = [&](const Comm& on, const ParticleSet& particles) { return diagnose(on, physics, particles); };
   const Diagnostics shared = diagnosed(comm, solver->particles()), alone = diagnosed(self, all);
   EXPECT_EQ(shared.mass, alone.mass);
   EXPECT_EQ(shared.momentum, alone.momentum);

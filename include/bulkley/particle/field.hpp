@@ -25,6 +25,7 @@ enum class Field : int {
   plastic_volume_ratio,
   viscous_left_cauchy_green,
   added_law_variables,
+  cell_mean_stress,
   material,
   id,
 };
@@ -74,6 +75,9 @@ inline constexpr std::array field_table = {
               true},
     FieldInfo{Field::added_law_variables, "added_law_variables", "1",
               "variables of a law that the program added, in the order of the law", FieldType::real, 8, true, true, true},
+    FieldInfo{Field::cell_mean_stress, "cell_mean_stress", "Pa",
+              "mean Cauchy stress by the implicit pressure of the particle's cell, which tau then lacks; tension positive",
+              FieldType::real, 1, true, true, true},
     FieldInfo{Field::material, "material", "1", "index into the scene's materials", FieldType::uint8, 1, true, true},
     FieldInfo{Field::id, "id", "1", "unique, from the seeding geometry alone", FieldType::int64, 1, true, true},
 };

@@ -24,6 +24,7 @@ struct FiniteViscoelastic {
 
   double density() const { return parameters.density; }
   double viscosity() const { return 0.0; }
+  VolumetricLaw volumetric() const { return {VolumetricLaw::Form::neo_hookean, parameters.bulk_modulus}; }
   NeoHookean elastic() const { return {parameters}; }
   Hencky branch() const { return {{parameters.density, parameters.branch_bulk_modulus, parameters.branch_shear_modulus}}; }
 

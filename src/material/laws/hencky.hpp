@@ -47,6 +47,7 @@ struct Hencky {
 
   double density() const { return parameters.density; }
   double viscosity() const { return 0.0; }
+  VolumetricLaw volumetric() const { return {VolumetricLaw::Form::hencky, parameters.bulk_modulus}; }
 
   /// tau = 2 mu dev e + kappa tr e 1, Pa, from dev e scaled by `factor` and tr e.
   template <class Real>

@@ -83,6 +83,7 @@ struct HerschelBulkley {
 
   double density() const { return parameters.density; }
   double viscosity() const { return parameters.background_viscosity; }
+  VolumetricLaw volumetric() const { return {VolumetricLaw::Form::neo_hookean, parameters.bulk_modulus}; }
   CharacteristicStress characteristic_stress(double rate) const { return characteristic_stress(parameters, rate); }
   static CharacteristicStress characteristic_stress(const Parameters& parameters, double rate);
 

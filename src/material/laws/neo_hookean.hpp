@@ -7,6 +7,7 @@
 
 #include "bulkley/base/pack_math.hpp"
 #include "bulkley/material/law.hpp"
+#include "material/volumetric_law.hpp"
 
 namespace bulkley {
 
@@ -56,6 +57,7 @@ struct NeoHookean {
 
   double density() const { return parameters.density; }
   double viscosity() const { return 0.0; }
+  VolumetricLaw volumetric() const { return {VolumetricLaw::Form::neo_hookean, parameters.bulk_modulus}; }
 
   /// (T16): tau = (kappa/2) (J^2 - 1) 1 + mu dev b, Pa.
   template <class Real>

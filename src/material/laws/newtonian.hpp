@@ -24,6 +24,9 @@ struct Newtonian {
 
   double density() const { return parameters.density; }
   double viscosity() const { return parameters.viscosity; }
+  VolumetricLaw volumetric() const {
+    return {VolumetricLaw::Form::tait, parameters.bulk_modulus, parameters.tait_exponent, parameters.tension};
+  }
   CharacteristicStress characteristic_stress(double rate) const { return {parameters.viscosity * rate, 0.0}; }
 
   /// p, Pa.

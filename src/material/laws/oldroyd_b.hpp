@@ -31,6 +31,7 @@ struct OldroydB {
 
   double density() const { return parameters.density; }
   double viscosity() const { return parameters.solvent_viscosity; }
+  VolumetricLaw volumetric() const { return {VolumetricLaw::Form::neo_hookean, parameters.bulk_modulus}; }
   CharacteristicStress characteristic_stress(double rate) const {
     const Parameters& p = parameters;
     return {(p.solvent_viscosity + p.shear_modulus * p.relaxation_time) * rate, 0.0};

@@ -37,6 +37,7 @@ struct ThixotropicHerschelBulkley {
 
   double density() const { return parameters.density; }
   double viscosity() const { return parameters.background_viscosity; }
+  VolumetricLaw volumetric() const { return {VolumetricLaw::Form::neo_hookean, parameters.bulk_modulus}; }
   /// Of the full structure.
   CharacteristicStress characteristic_stress(double rate) const {
     return HerschelBulkley::characteristic_stress(parameters, rate);

@@ -1,0 +1,93 @@
+#pragma once
+// Base cells as unknowns: those of a rank's tiles, the cells of other ranks that share a node with them, and the nodes of all of
+// them. Valid for one set of pools.
+
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include "distribution/particle_grid.hpp"
+
+namespace bulkley {
+
+/// Cells go by an id: 64 times the number of their tile here plus their place in it; the tiles of the pool come first, so that
+/// the ids of this rank's cells are the entries of CellMap::cell. Nodes likewise, with tiles of nodes of their own.
+class CellGrid {
+ public:
+  /// Asks the owners of cells that reach a node that this rank's cells reach, or that it owns. Collective.
+  CellGrid(const Comm& comm, const ParticleGrid& particles);
+
+  LocalIndex n_own_ids() const { return n_own_ids_; }
+  LocalIndex n_ids() const { return static_cast<LocalIndex>(tiles_.size()) * tile_nodes; }
+  LocalIndex n_nodes() const { return static_cast<LocalIndex>(node_tiles_.size()) * tile_nodes; }
+  /// The ids of all cells here in the order of their places in the grid, z fastest.
+  std::span<const LocalIndex> order() const { return order_; }
+
+  /// Numbers of the nodes of a cell's stencil, z fastest; n_nodes() for nodes that nothing here needs. `nodes`:
+  /// stencil_width^3. Not collective.
+  void stencil(LocalIndex id, LocalIndex* nodes) const;
+
+  /// Nodes that all cells are known of: the only ones where sums over cells are right.
+  std::span<const LocalIndex> complete_nodes() const { return complete_; }
+  std::vector<Int3> complete_positions() const;
+  /// A node here and its place in another array.
+  struct Copy {
+    LocalIndex node, other;
+  };
+  std::span<const Copy> owned() const { return owned_; }      ///< all active nodes of the exchange
+  std::span<const Copy> in_pool() const { return in_pool_; }  ///< complete nodes that other ranks own
+
+  /// What ranks know of each other's cells: ids of own cells that a rank wants, and of its cells here.
+  struct Neighbour {
+    int rank;
+    std::vector<LocalIndex> wanted, received;
+  };
+  std::span<const Neighbour> neighbours() const { return neighbours_; }
+
+  std::size_t memory() const;
+
+ private:
+  void find_nodes(const ParticleGrid& particles);
+  void ask_for_cells(const Comm& comm, const ParticleGrid& particles);
+  void sort_cells();
+  LocalIndex node_tile(TileIndex tile) const;
+  bool reaches_complete_node(const Int3& tile, int place) const;
+  std::array<LocalIndex, 8> node_tiles_above(const Int3& tile) const;
+
+  GridGeometry grid_;
+  LocalIndex n_own_ids_ = 0;
+  std::vector<TileIndex> tiles_;                  ///< of cells: of the pool, then of other ranks
+  std::vector<std::array<LocalIndex, 8>> above_;  ///< by tile of cells: the tiles of nodes it reaches, -1: none
+  std::vector<TileIndex> node_tiles_;             ///< ascending
+  std::vector<std::uint64_t> needed_;             ///< by tile of nodes: a bit for each complete node
+  std::vector<LocalIndex> order_, complete_;
+  std::vector<Copy> owned_, in_pool_;
+  std::vector<Neighbour> neighbours_;
+};
+
+/// One number or several of each cell from its owner to the ranks that want it, over compact numbers of occupied cells.
+class CellHalo {
+ public:
+  /// `number_of`: compact number by id, -1 for empty cells. Not collective.
+  void connect(const CellGrid& grid, std::span<const LocalIndex> number_of);
+
+  /// values[n * width .. ] of the cells of other ranks from their owners. Collective.
+  void exchange(const Comm& comm, double* values, int width);
+
+  /// Bytes that this rank sends of one number a cell.
+  std::size_t sent_bytes() const;
+
+ private:
+  struct Neighbour {
+    int rank;
+    std::vector<LocalIndex> sent, received;
+  };
+  std::vector<Neighbour> neighbours_;
+  std::vector<double> out_, in_;
+  std::vector<MPI_Request> requests_;
+};
+
+/// counts[id] of the cells of other ranks from their owners. Collective.
+void exchange_counts(const Comm& comm, const CellGrid& grid, std::vector<std::int32_t>& counts);
+
+}  // namespace bulkley

@@ -1,0 +1,77 @@
+#pragma once
+// The implicit pressure of a step: one unknown a base cell, one linear system a step, solved by conjugate gradients whose
+// arithmetic is the same on any number of ranks (docs/theory.md, "Implicit pressure").
+
+#include <memory>
+
+#include "distribution/cell_grid.hpp"
+#include "integrator/integrator.hpp"
+#include "integrator/pressure_contact.hpp"
+#include "kernel/pressure_cells.hpp"
+
+namespace bulkley {
+
+class ImplicitPressure {
+ public:
+  /// `parts` must outlive this.
+  explicit ImplicitPressure(StepParts& parts);
+
+  /// Makes everything fit the present pools. Collective.
+  void fit();
+
+  /// Finds the pressures at the end of a step from `time` and adds their impulses to the owned nodes. `nodes`: {v, m} before
+  /// contact, images folded; `change`: likewise their change in the step, or null. Where it was not solved, nothing is added; the
+  /// same on every rank. Collective.
+  PressureReport apply(double time, const GridUpdate& update, Node* nodes, Node* change);
+
+  /// The particles of `block` are about to learn their own deformation. Not collective.
+  void keep_volumes(ParticleBlock block);
+  /// All particles know it: volume ratios become those of the cells, and `totals` theirs. Not collective.
+  void update_volumes(StepBounds& local);
+
+  std::size_t memory() const;
+
+ private:
+  void number_cells();
+  void fill_cells();
+  void fetch_nodes(const GridUpdate& update, const Node* nodes);
+  bool solve(double dt, PressureReport& report);
+  void set_right_side(double dt);
+  void set_diagonal(double dt);
+  void multiply(double dt, std::vector<double>& p);
+  void gradients_of(std::vector<double>& p);
+  bool revise(double dt);
+  bool revise_parted(double dt);
+  void add_impulses(const GridUpdate& update, Node* nodes, Node* change);
+  double stiffness_of_block(LocalIndex own, double dt) const;
+  double speed_scale(double dt) const;
+
+  StepParts& parts_;
+  VolumetricLaws laws_;
+  bool may_part_;  // some material holds no tension
+  PressureContact contact_;
+  std::unique_ptr<CellGrid> grid_;
+  GlobalIndex fitted_ = -1;
+  CellHalo halo_;
+  // Cells with particles in the order of their places, this rank's and those of others that it needs.
+  std::vector<LocalIndex> number_of_;  // by id; -1: empty
+  std::vector<std::int32_t> counts_;   // by id
+  std::vector<LocalIndex> own_;        // numbers of this rank's cells
+  std::vector<LocalIndex> place_of_;   // in own_, by id of this rank's cells; -1: empty
+  CellParticles members_;              // by place in own_
+  std::vector<PressureCell> cells_;    // by place in own_
+  PressureRows rows_;
+  // Blocks of 2 x 2 x 2 cells of a tile.
+  std::vector<LocalIndex> block_of_;  // by place in own_
+  std::vector<double> block_volume_, block_mass_, block_sum_;
+  // By number of the cell; where it is another rank's, zero but for what has been exchanged.
+  std::vector<double> pressure_, right_, residual_, direction_, product_, scaled_, inverse_diagonal_;
+  std::vector<char> parted_;  // by place in own_: cells that hold no tension and have p = 0
+  // By node of grid_, and one more that takes what nobody needs.
+  NodeVector free_, held_, impulses_;
+  std::vector<double> scale_;  // 1/m, 0 where empty
+  NodeVector pool_, owned_impulses_;
+  std::vector<double> before_;  // J at the start of the step, by particle
+};
+
+}  // namespace bulkley

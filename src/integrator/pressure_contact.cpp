@@ -1,0 +1,143 @@
+#include "integrator/pressure_contact.hpp"
+
+#include <algorithm>
+#include <numeric>
+#include <ranges>
+
+#include "kernel/grid_update.hpp"
+
+namespace bulkley {
+
+namespace {
+
+void set_vector_of(Node& node, const Vec3& value) { std::copy_n(value.data(), 3, node.c); }
+
+}  // namespace
+
+void PressureContact::fit(const CellGrid& cells) {
+  const std::vector<Int3> positions = cells.complete_positions();
+  nodes_.assign(cells.complete_nodes().begin(), cells.complete_nodes().end());
+  const auto number = [&](LocalIndex n) { return nodes_[static_cast<std::size_t>(n)]; };
+  fixed_ = node_constraints(physics_.grid, physics_.faces, physics_.colliders, positions);
+  moving_.reset();
+  const auto moves = [](const Collider& collider) { return collider.motion.moves(); };
+  if (std::any_of(physics_.colliders.begin(), physics_.colliders.end(), moves))
+    moving_.emplace(physics_.grid, physics_.colliders, positions, nodes_, fixed_);
+  for (NodeConstraint& constraint : fixed_) constraint.node = number(constraint.node);
+  images_ = node_images(physics_.grid, physics_.faces, positions);
+  for (NodeImage& image : images_) {
+    image.behind = number(image.behind);
+    image.front = number(image.front);
+  }
+}
+
+void PressureContact::begin(double time, double dt, const Node* velocity) {
+  std::vector<const NodeConstraint*> all;
+  for (const NodeConstraint& constraint : fixed_) all.push_back(&constraint);
+  if (moving_)
+    for (const NodeConstraint& constraint : moving_->at(time, dt)) all.push_back(&constraint);
+  std::stable_sort(all.begin(), all.end(), [](const auto* a, const auto* b) { return a->node < b->node; });
+  constraints_.clear();
+  held_.clear();
+  for (const NodeConstraint* constraint : all) {
+    if (held_.empty() || held_.back().node != constraint->node)
+      held_.push_back({constraint->node, constraints_.size(), constraints_.size(), Mat3::Identity(), Vec3::Zero()});
+    HeldNode& held = held_.back();
+    // A node under several constraints has each of them twice.
+    const auto same = [&](const Constraint& other) {
+      return other.contact == constraint->contact && other.normal == constraint->normal &&
+             other.velocity == constraint->velocity;
+    };
+    if (std::any_of(constraints_.begin() + static_cast<std::ptrdiff_t>(held.first), constraints_.end(), same)) continue;
+    const Vec3 towards = vector_of(velocity[constraint->node]) - constraint->velocity;
+    const bool in_force = constraint->contact != Contact::separating || towards.dot(constraint->normal) < 0.0;
+    constraints_.push_back({constraint->contact, in_force, constraint->normal, constraint->velocity});
+    held.end = constraints_.size();
+  }
+  for (HeldNode& held : held_) project(held);
+}
+
+// P = 1 - sum e e^T over the normals in force, made orthogonal one after the other, and the offset that gives the velocities
+// along them.
+void PressureContact::project(HeldNode& held) const {
+  held.projection = Mat3::Identity();
+  held.offset = Vec3::Zero();
+  for (std::size_t k = held.first; k < held.end; ++k) {
+    const Constraint& constraint = constraints_[k];
+    if (!constraint.in_force) continue;
+    if (constraint.contact == Contact::sticky) {
+      held.projection = Mat3::Zero();
+      held.offset = constraint.velocity;
+      return;
+    }
+    const Vec3 rest = held.projection * constraint.normal;
+    const double length = rest.norm();
+    if (length < 1e-3) continue;  // held already
+    const Vec3 e = rest / length;
+    const double lacking = constraint.normal.dot(constraint.velocity - held.offset) / length;
+    held.projection -= e * e.transpose();
+    held.offset += lacking * e;
+  }
+}
+
+void PressureContact::hold(Node* velocity) const {
+  for (const HeldNode& held : held_) {
+    Node& node = velocity[held.node];
+    set_vector_of(node, held.projection * vector_of(node) + held.offset);
+  }
+  unfold_images(images_, velocity, nullptr);
+}
+
+void PressureContact::fold(Node* impulses) const {
+  for (const NodeImage& image : images_)
+    for (int a = 0; a < 3; ++a) {
+      impulses[image.front].c[a] += image.sign[a] * impulses[image.behind].c[a];
+      impulses[image.behind].c[a] = 0.0;
+    }
+}
+
+void PressureContact::spread(const double* scale, std::span<const LocalIndex> nodes, Node* impulses) const {
+  fold(impulses);
+  for (const LocalIndex n : nodes)
+    for (int a = 0; a < 3; ++a) impulses[n].c[a] *= scale[n];
+  for (const HeldNode& held : held_) {
+    Node& node = impulses[held.node];
+    set_vector_of(node, held.projection * vector_of(node));
+  }
+  for (const NodeImage& image : std::views::reverse(images_))
+    for (int a = 0; a < 3; ++a) impulses[image.behind].c[a] = image.sign[a] * impulses[image.front].c[a];
+}
+
+void PressureContact::weaken(Node* scales) const {
+  for (const HeldNode& held : held_)
+    for (int a = 0; a < 3; ++a) scales[held.node].c[a] *= held.projection(a, a);
+}
+
+bool PressureContact::revise(const double* scale, const Node* free, double tolerance) {
+  bool changed = false;
+  for (HeldNode& held : held_) {
+    if (scale[held.node] == 0.0) continue;
+    const Vec3 u = vector_of(free[held.node]);
+    const Vec3 v = held.projection * u + held.offset;
+    bool revised = false;
+    for (std::size_t k = held.first; k < held.end; ++k) {
+      Constraint& constraint = constraints_[k];
+      if (constraint.contact != Contact::separating) continue;
+      const double speed = constraint.normal.dot((constraint.in_force ? u : v) - constraint.velocity);
+      if (constraint.in_force ? speed <= tolerance : speed >= -tolerance) continue;
+      constraint.in_force = !constraint.in_force;
+      revised = true;
+    }
+    if (revised) project(held);
+    changed = changed || revised;
+  }
+  return changed;
+}
+
+std::size_t PressureContact::memory() const {
+  return nodes_.capacity() * sizeof(LocalIndex) + fixed_.capacity() * sizeof(NodeConstraint) +
+         images_.capacity() * sizeof(NodeImage) + constraints_.capacity() * sizeof(Constraint) +
+         held_.capacity() * sizeof(HeldNode) + (moving_ ? moving_->memory() : 0);
+}
+
+}  // namespace bulkley

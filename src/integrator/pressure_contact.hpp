@@ -1,0 +1,66 @@
+#pragma once
+// Walls and colliders inside the pressure system: on the nodes of a CellGrid, as projections (docs/theory.md, "Implicit pressure").
+//
+// Each rank finds the constraints of all nodes that its cells reach by itself: they follow from geometry, and from velocities and
+// masses that owners have sent.
+
+#include <optional>
+#include <vector>
+
+#include "distribution/cell_grid.hpp"
+#include "integrator/physics.hpp"
+
+namespace bulkley {
+
+class PressureContact {
+ public:
+  /// `physics` must outlive this.
+  explicit PressureContact(const Physics& physics) : physics_(physics) {}
+
+  /// Finds what touches the complete nodes of `cells`. Not collective.
+  void fit(const CellGrid& cells);
+
+  /// The constraints of a step from `time`, each separating one in force where the material comes towards it. `velocity`: {v, -}
+  /// of the nodes before contact. Not collective.
+  void begin(double time, double dt, const Node* velocity);
+
+  /// Velocities before contact -> as the constraints in force hold them, and behind walls as their images. Not collective.
+  void hold(Node* velocity) const;
+  /// Impulses -> changes of velocity that keep to the constraints: T M^-1 P T^T, T being the mirror images. `scale`: 1/m of a
+  /// node, 0 where it is empty. Changes outside of constraints are those of free nodes. Not collective.
+  void spread(const double* scale, std::span<const LocalIndex> nodes, Node* impulses) const;
+  /// Of a node's change along each axis, the part that its constraints leave; 0 behind walls. For preconditioners.
+  void weaken(Node* scales) const;
+
+  /// Impulses of nodes behind walls -> their images. Not collective.
+  void fold(Node* impulses) const;
+  /// Lifts separating constraints that would pull, and puts in force those that `free` velocities, in which no constraint has its
+  /// effect, would penetrate. `tolerance`: of speed, m/s. Returns whether any changed. Not collective.
+  bool revise(const double* scale, const Node* free, double tolerance);
+
+  std::size_t memory() const;
+
+ private:
+  struct Constraint {
+    Contact contact;
+    bool in_force;
+    Vec3 normal, velocity;
+  };
+  struct HeldNode {
+    LocalIndex node;
+    std::size_t first, end;  // of its constraints
+    Mat3 projection;         // P of a velocity, P u + offset
+    Vec3 offset;
+  };
+  void project(HeldNode& held) const;
+
+  const Physics& physics_;
+  std::vector<LocalIndex> nodes_;  // numbers of the complete nodes
+  std::vector<NodeConstraint> fixed_;
+  std::optional<MovingConstraints> moving_;
+  std::vector<NodeImage> images_;
+  std::vector<Constraint> constraints_;
+  std::vector<HeldNode> held_;
+};
+
+}  // namespace bulkley
