@@ -209,6 +209,10 @@ void reject_step(const TimeStepSettings& settings, const TimeStepPlan& plan, con
 }
 
 void reject_unsolved(const TimeStepSettings& settings, const TimeStepPlan& plan, TimeStepState& state) {
+  if (settings.mode == TimeStepMode::fixed)
+    throw NoStep(fmt::format("the pressure of a step of {:.6g} s is not found in {} iterations", plan.dt,
+                             settings.pressure.max_iterations),
+                 -1, "choose a smaller time.dt, mode = \"adaptive\", or a larger time.pressure.max_iterations");
   reject(settings, plan, state,
          fmt::format("even in that step the pressure is not found in {} iterations", settings.pressure.max_iterations), -1);
 }

@@ -104,7 +104,8 @@ bool is_acceptable(const TimeStepSettings& settings, double cell_size, const Tim
 /// `motion`: the motion that the plan was checked with. Throws NoStep below the smallest step. Not collective.
 void reject_step(const TimeStepSettings& settings, const TimeStepPlan& plan, const StepBounds& motion, TimeStepState& state);
 
-/// After a step whose equations were not solved: as reject_step. Throws NoStep below the smallest step. Not collective.
+/// After a step whose equations were not solved: as reject_step. Throws NoStep below the smallest step, and where the step is
+/// fixed. Not collective.
 void reject_unsolved(const TimeStepSettings& settings, const TimeStepPlan& plan, TimeStepState& state);
 
 /// After a step was taken; `bounds` are those it ended with. Not collective.
