@@ -8,6 +8,13 @@
 
 namespace bulkley {
 
+namespace {
+
+// Of the residual, while it is only to be found which walls hold.
+constexpr double rough_tolerance = 0.1;
+
+}  // namespace
+
 ImplicitPressure::ImplicitPressure(StepParts& parts)
     : parts_(parts), laws_(parts.physics.volumetric_laws), contact_(parts.physics) {
   may_part_ = std::any_of(laws_.begin(), laws_.end(), [](const auto& law) { return law && !law->tension; });
@@ -33,18 +40,24 @@ PressureReport ImplicitPressure::apply(double time, const GridUpdate& update, No
   fit();
   number_cells();
   fill_cells();
+  parted_.assign(own_.size(), 0);
   fetch_nodes(update, nodes);
   contact_.begin(time, update.dt, free_.data());
-  parted_.assign(own_.size(), 0);
+  set_diagonal(update.dt);
   PressureReport report;
-  const int most = parts_.physics.time_stepping.pressure.contact_rounds;
-  for (bool changed = true; changed && report.n_rounds < most;) {
-    if (!solve(update.dt, report)) {
+  // Rough solutions until walls and free surfaces keep their state, then one that is as good as it has to be.
+  const PressureSettings& settings = parts_.physics.time_stepping.pressure;
+  double tolerance = settings.contact_rounds > 1 ? std::max(rough_tolerance, settings.tolerance) : settings.tolerance;
+  for (bool settled = false; !settled;) {
+    if (!solve(update.dt, tolerance, report)) {
       report.solved = false;
       return report;
     }
     ++report.n_rounds;
-    changed = revise(update.dt);
+    const bool last = tolerance == settings.tolerance;
+    const bool changed = revise(update.dt, !last);
+    settled = last && (!changed || report.n_rounds >= settings.contact_rounds);
+    if (!changed || report.n_rounds + 1 >= settings.contact_rounds) tolerance = settings.tolerance;
   }
   add_impulses(update, nodes, change);
   return report;
@@ -109,6 +122,7 @@ void ImplicitPressure::fill_cells() {
     block_mass_[static_cast<std::size_t>(block_of_[k])] += cell.mass;
   }
   halo_.exchange(parts_.comm(), reinterpret_cast<double*>(rows_.gradient.data()), 4 * rows_.n_stencil);
+  round_rows(rows_);
 }
 
 void ImplicitPressure::fetch_nodes(const GridUpdate& update, const Node* nodes) {
@@ -122,11 +136,14 @@ void ImplicitPressure::fetch_nodes(const GridUpdate& update, const Node* nodes) 
   }
 }
 
-// impulses_ = B^T p of all complete nodes; fetches p of other ranks.
-void ImplicitPressure::gradients_of(std::vector<double>& p) {
+// impulses_ = B^T p of all complete nodes; fetches p of other ranks. `rounded`: with the entries that iterations use.
+void ImplicitPressure::gradients_of(std::vector<double>& p, bool rounded) {
   halo_.exchange(parts_.comm(), p.data(), 1);
   std::fill(impulses_.begin(), impulses_.end(), Node{});
-  add_gradients(rows_, p, impulses_.data());
+  if (rounded)
+    add_rounded_gradients(rows_, p, impulses_.data());
+  else
+    add_gradients(rows_, p, impulses_.data());
 }
 
 // Of a block of cells, zeta dt^2 / (rho dx^2): the compliance, per volume, against pressures that differ within it.
@@ -138,7 +155,7 @@ double ImplicitPressure::stiffness_of_block(LocalIndex own, double dt) const {
 
 // product_ = (A + dt^2 B P M^-1 P^T B^T + Z) p, 0 where the material has parted.
 void ImplicitPressure::multiply(double dt, std::vector<double>& p) {
-  gradients_of(p);
+  gradients_of(p, true);
   contact_.spread(scale_.data(), grid_->complete_nodes(), impulses_.data());
   std::fill(block_sum_.begin(), block_sum_.end(), 0.0);
   for (std::size_t k = 0; k < own_.size(); ++k)
@@ -147,7 +164,7 @@ void ImplicitPressure::multiply(double dt, std::vector<double>& p) {
     const auto c = static_cast<std::size_t>(own_[k]), b = static_cast<std::size_t>(block_of_[k]);
     const double deviation = p[c] - block_sum_[b] / block_volume_[b];
     const double z = stiffness_of_block(static_cast<LocalIndex>(k), dt) * cells_[k].volume * deviation;
-    product_[c] = (cells_[k].compliance * p[c] + dt * dt * volume_rate(rows_, own_[k], impulses_.data())) + z;
+    product_[c] = (cells_[k].compliance * p[c] + dt * dt * rounded_volume_rate(rows_, own_[k], impulses_.data())) + z;
   }
 }
 
@@ -158,7 +175,7 @@ void ImplicitPressure::set_right_side(double dt) {
     right_[static_cast<std::size_t>(own_[k])] = cells_[k].target + dt * volume_rate(rows_, own_[k], held_.data());
 }
 
-// The diagonal but for what images behind walls share with those in front.
+// The diagonal with the constraints that are in force at first, but for what images behind walls share with those in front.
 void ImplicitPressure::set_diagonal(double dt) {
   NodeVector& scales = held_;
   for (const LocalIndex n : grid_->complete_nodes()) {
@@ -177,7 +194,7 @@ void ImplicitPressure::set_diagonal(double dt) {
     }
     const double z =
         stiffness_of_block(static_cast<LocalIndex>(k), dt) * cells_[k].volume * (1.0 - cells_[k].volume / block_volume_[b]);
-    inverse_diagonal_[c] = parted_[k] ? 0.0 : 1.0 / (cells_[k].compliance + dt * dt * sum + z);
+    inverse_diagonal_[c] = 1.0 / (cells_[k].compliance + dt * dt * sum + z);
   }
 }
 
@@ -186,20 +203,22 @@ double ImplicitPressure::speed_scale(double dt) const {
   return parts_.particles.bounds().motion.speed.value + dt * parts_.physics.gravity.norm();
 }
 
-bool ImplicitPressure::solve(double dt, PressureReport& report) {
+bool ImplicitPressure::solve(double dt, double tolerance, PressureReport& report) {
   const PressureSettings& settings = parts_.physics.time_stepping.pressure;
   const Comm& comm = parts_.comm();
   const StepBounds& bounds = parts_.particles.bounds();
   set_right_side(dt);
-  set_diagonal(dt);
   const auto precondition = [&](const std::vector<double>& from) {
     for (std::size_t c = 0; c < from.size(); ++c) scaled_[c] = inverse_diagonal_[c] * from[c];
+    if (may_part_)
+      for (std::size_t k = 0; k < own_.size(); ++k)
+        if (parted_[k]) scaled_[static_cast<std::size_t>(own_[k])] = 0.0;
     return reproducible_dot(comm, from, scaled_);
   };
   // Squares of an energy norm, J: below the second, velocities are right to 1e-12 of the fastest.
   const double speed = speed_scale(dt);
   const double rounding = 1e-24 * static_cast<double>(bounds.totals.n_particles) * bounds.sums.mass.value * speed * speed;
-  const double goal = std::max(settings.tolerance * settings.tolerance * precondition(right_), rounding);
+  const double goal = std::max(tolerance * tolerance * precondition(right_), rounding);
 
   for (std::size_t k = 0; k < own_.size(); ++k)
     if (parted_[k]) pressure_[static_cast<std::size_t>(own_[k])] = 0.0;
@@ -235,16 +254,17 @@ bool ImplicitPressure::solve(double dt, PressureReport& report) {
 }
 
 // Walls that would pull let go, those that would be penetrated hold, and cells that hold no tension part.
-bool ImplicitPressure::revise(double dt) {
+bool ImplicitPressure::revise(double dt, bool rounded) {
   const bool parted = may_part_ && revise_parted(dt);
-  gradients_of(pressure_);
+  gradients_of(pressure_, rounded);
   held_ = impulses_;
   contact_.fold(held_.data());
   for (const LocalIndex n : grid_->complete_nodes()) {
     const auto i = static_cast<std::size_t>(n);
     for (int a = 0; a < 3; ++a) held_[i].c[a] = free_[i].c[a] - dt * scale_[i] * held_[i].c[a];
   }
-  const bool touched = contact_.revise(scale_.data(), held_.data(), 1e-9 * speed_scale(dt));
+  const bool touched =
+      contact_.revise(scale_.data(), held_.data(), parts_.physics.time_stepping.pressure.tolerance * speed_scale(dt));
   return max_global(parts_.comm(), GlobalIndex{parted || touched}) > 0;
 }
 
@@ -261,7 +281,7 @@ bool ImplicitPressure::revise_parted(double dt) {
   return changed;
 }
 
-// After `revise`, which has left B^T p in impulses_.
+// After the last `revise`, which has left B^T p in impulses_.
 void ImplicitPressure::add_impulses(const GridUpdate& update, Node* nodes, Node* change) {
   for (const CellGrid::Copy& copy : grid_->owned()) {
     const double* const gradient = impulses_[static_cast<std::size_t>(copy.node)].c;

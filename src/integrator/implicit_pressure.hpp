@@ -35,12 +35,12 @@ class ImplicitPressure {
   void number_cells();
   void fill_cells();
   void fetch_nodes(const GridUpdate& update, const Node* nodes);
-  bool solve(double dt, PressureReport& report);
+  bool solve(double dt, double tolerance, PressureReport& report);
   void set_right_side(double dt);
   void set_diagonal(double dt);
   void multiply(double dt, std::vector<double>& p);
-  void gradients_of(std::vector<double>& p);
-  bool revise(double dt);
+  void gradients_of(std::vector<double>& p, bool rounded);
+  bool revise(double dt, bool rounded);
   bool revise_parted(double dt);
   void add_impulses(const GridUpdate& update, Node* nodes, Node* change);
   double stiffness_of_block(LocalIndex own, double dt) const;

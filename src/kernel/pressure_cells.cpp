@@ -1,5 +1,9 @@
 #include "kernel/pressure_cells.hpp"
 
+#if defined(__AVX__)
+#include <immintrin.h>
+#endif
+
 #include <algorithm>
 #include <cmath>
 
@@ -111,41 +115,75 @@ void fill_cell(const GridGeometry& grid, GradientForm form, const VolumetricLaws
 
 namespace {
 
-template <int n>
-void add_all(const PressureRows& rows, std::span<const double> pressure, Node* sums) {
-  const Node* gradient = rows.gradient.data();
-  const LocalIndex* node = rows.node.data();
+inline Quad entry(const Node& node) { return load_vector(node); }
+inline Quad entry(const ShortNode& node) {
+#if defined(__AVX__)
+  return _mm256_cvtps_pd(_mm_loadu_ps(node.c));  // of which GCC 12 makes two conversions otherwise
+#else
+  using Short [[gnu::vector_size(16)]] = float;
+  Short vector;
+  std::memcpy(&vector, node.c, sizeof vector);
+  return __builtin_convertvector(vector, Quad);
+#endif
+}
+
+template <int n, class Entry>
+void add_all(const Entry* gradient, const LocalIndex* node, std::span<const double> pressure, Node* sums) {
   for (const double p : pressure) {
+#pragma GCC unroll 64
     for (int a = 0; a < n; ++a) {
       Node& sum = sums[node[a]];
-      store_vector(sum, load_vector(sum) + load_vector(gradient[a]) * p);
+      store_vector(sum, load_vector(sum) + entry(gradient[a]) * p);
     }
     gradient += n;
     node += n;
   }
 }
 
-template <int n>
-double rate_of(const Node* gradient, const LocalIndex* node, const Node* velocity) {
+template <class Entry>
+void add_all(const PressureRows& rows, const Entry* gradient, std::span<const double> pressure, Node* sums) {
+  if (rows.n_stencil == 27)
+    add_all<27>(gradient, rows.node.data(), pressure, sums);
+  else
+    add_all<64>(gradient, rows.node.data(), pressure, sums);
+}
+
+template <int n, class Entry>
+double rate_of(const Entry* gradient, const LocalIndex* node, const Node* velocity) {
   Quad sum{};
-  for (int a = 0; a < n; ++a) sum += load_vector(gradient[a]) * load_vector(velocity[node[a]]);
+#pragma GCC unroll 64
+  for (int a = 0; a < n; ++a) sum += entry(gradient[a]) * load_vector(velocity[node[a]]);
   return sum[0] + sum[1] + sum[2];
+}
+
+template <class Entry>
+double rate_of(const PressureRows& rows, const Entry* gradient, LocalIndex cell, const Node* velocity) {
+  const std::size_t first = static_cast<std::size_t>(cell) * static_cast<std::size_t>(rows.n_stencil);
+  const LocalIndex* const node = rows.node.data() + first;
+  return rows.n_stencil == 27 ? rate_of<27>(gradient + first, node, velocity)
+                              : rate_of<64>(gradient + first, node, velocity);
 }
 
 }  // namespace
 
+void round_rows(PressureRows& rows) {
+  rows.rounded.resize(rows.gradient.size());
+  for (std::size_t k = 0; k < rows.gradient.size(); ++k)
+    for (int a = 0; a < 4; ++a) rows.rounded[k].c[a] = static_cast<float>(rows.gradient[k].c[a]);
+}
+
 void add_gradients(const PressureRows& rows, std::span<const double> pressure, Node* sums) {
-  if (rows.n_stencil == 27)
-    add_all<27>(rows, pressure, sums);
-  else
-    add_all<64>(rows, pressure, sums);
+  add_all(rows, rows.gradient.data(), pressure, sums);
+}
+void add_rounded_gradients(const PressureRows& rows, std::span<const double> pressure, Node* sums) {
+  add_all(rows, rows.rounded.data(), pressure, sums);
 }
 
 double volume_rate(const PressureRows& rows, LocalIndex cell, const Node* velocity) {
-  const std::size_t first = static_cast<std::size_t>(cell) * static_cast<std::size_t>(rows.n_stencil);
-  const Node* const gradient = rows.gradient.data() + first;
-  const LocalIndex* const node = rows.node.data() + first;
-  return rows.n_stencil == 27 ? rate_of<27>(gradient, node, velocity) : rate_of<64>(gradient, node, velocity);
+  return rate_of(rows, rows.gradient.data(), cell, velocity);
+}
+double rounded_volume_rate(const PressureRows& rows, LocalIndex cell, const Node* velocity) {
+  return rate_of(rows, rows.rounded.data(), cell, velocity);
 }
 
 void update_volumes(const VolumetricLaws& laws, const VolumeUpdate& update, std::span<const LocalIndex> members,

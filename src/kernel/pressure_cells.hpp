@@ -52,20 +52,32 @@ struct PressureCell {
 void fill_cell(const GridGeometry& grid, GradientForm form, const VolumetricLaws& laws, const ParticleSet& particles,
                std::span<const LocalIndex> members, PressureCell& cell, Node* gradient);
 
+/// A row's entry in single precision: what products of an iteration read half the bytes of. Both B and its transpose are of them
+/// there, so that the matrix stays symmetric; forces come from the entries in double precision.
+struct ShortNode {
+  float c[4];
+};
+
 /// Rows of B of all cells that a rank needs, in the order of the cells' places in the grid.
 struct PressureRows {
-  int n_stencil = 0;             ///< nodes a cell
-  NodeVector gradient;           ///< by cell and node of its stencil
-  std::vector<LocalIndex> node;  ///< likewise: number of the node in the caller's array
+  int n_stencil = 0;                                              ///< nodes a cell
+  NodeVector gradient;                                            ///< by cell and node of its stencil
+  std::vector<ShortNode, CacheLineAllocator<ShortNode>> rounded;  ///< likewise; see round_rows
+  std::vector<LocalIndex> node;                                   ///< likewise: number of the node in the caller's array
   LocalIndex size() const {
     return n_stencil > 0 ? static_cast<LocalIndex>(node.size() / static_cast<std::size_t>(n_stencil)) : 0;
   }
 };
 
+/// Rounds the rows for products in iterations. Not collective.
+void round_rows(PressureRows& rows);
+
 /// sums += B^T p over all cells, in their order. Not collective.
 void add_gradients(const PressureRows& rows, std::span<const double> pressure, Node* sums);
+void add_rounded_gradients(const PressureRows& rows, std::span<const double> pressure, Node* sums);
 /// (B v)_c of one cell, m^3/s. Not collective.
 double volume_rate(const PressureRows& rows, LocalIndex cell, const Node* velocity);
+double rounded_volume_rate(const PressureRows& rows, LocalIndex cell, const Node* velocity);
 
 /// What the particles of a cell learn of a step.
 struct VolumeUpdate {
