@@ -41,11 +41,14 @@ class WallPressure(Case):
     def measure(self, run, plan):
         history = run.history()
         time = history["time_s"]
-        impulse = numpy.concatenate([[0.0], numpy.cumsum(history["P1pressure_Pa"][1:] * numpy.diff(time))])
         edges = numpy.arange(0.5, time[-1], WINDOW)
-        pressure = numpy.diff(numpy.interp(edges, time, impulse)) / WINDOW
+
+        def pressure(gauge):
+            impulse = numpy.concatenate([[0.0], numpy.cumsum(history[f"{gauge}pressure_Pa"][1:] * numpy.diff(time))])
+            return numpy.diff(numpy.interp(edges, time, impulse)) / WINDOW
         touching = numpy.argmax(history["upper_x_m"] > TANK - 0.5 * TANK / round(plan.facts["cells"] * TANK / H))
-        return {"time": edges[1:] - 0.5 * WINDOW, "pressure": pressure, "touches": time[touching]}
+        return {"time": edges[1:] - 0.5 * WINDOW, "pressure": pressure("P1"), "low": pressure("low"),
+                "high": pressure("high"), "touches": time[touching]}
 
     @staticmethod
     def arrival(time, pressure):
@@ -69,9 +72,13 @@ class WallPressure(Case):
             shift = self.arrival(t, p) - arrival
             found = numpy.mean(pressure[(time > PLATEAU[0] - shift) & (time < PLATEAU[1] - shift)])
             errors = arrival / self.arrival(t, p) - 1.0, found / level - 1.0
+            beside = [numpy.mean(numpy.array(record[gauge])[(time > PLATEAU[0]) & (time < PLATEAU[1])]) / (RHO * G * H)
+                      for gauge in ("low", "high")]
             peak = pressure[(time > 2.4 - shift) & (time < 3.0 - shift)].max()
-            rows.append([record["transfer"], record["cells"], f"{arrival:.3f}", f"{100 * errors[0]:+.1f} %", f"{found:.3f}",
-                         f"{100 * errors[1]:+.1f} %", f"{peak:.2f}", record["particles"], record["steps"],
+            rows.append([record["transfer"], record["cells"], f"{record['touches'] / UNIT:.3f}",
+                         f"{arrival:.3f}", f"{100 * errors[0]:+.1f} %", f"{found:.3f}",
+                         f"{100 * errors[1]:+.1f} %", *(f"{b:.2f}" for b in beside), f"{peak:.2f}",
+                         record["particles"], record["steps"],
                          record["date"].split()[0], record["commit"]])
             if record["transfer"] == schemes[0] and record["cells"] == finest:
                 sheet.gate(f"arrival at the gauge, {finest} cells over H", errors[0], ARRIVAL)
@@ -80,14 +87,25 @@ class WallPressure(Case):
             return
         sheet.say(f"Times are in units of sqrt(H/g), pressures of rho g H; arrival is where the pressure exceeds {ARRIVED}, the "
                   f"plateau the mean from {PLATEAU[0]} to {PLATEAU[1]} after the arrivals have been aligned. Pressures are means "
-                  "over 5 ms. The sheet that meets the wall is a tenth of H thick, two cells with 20 cells over H. "
-                  "How the wall acts in its last cell decides on this case: with a wall of three slipping colliders instead of a face, "
-                  "20 cells over H and APIC, the arrival was +1.8 %, the plateau +15 %, and the force below the gauge negative for a "
-                  "while (2026-11-23). The force on the whole wall is that of the arriving momentum in both. This case is not "
-                  "passed, whatever single numbers say.")
-        sheet.table(["transfer", "cells over H", "arrival", "error", "plateau", "error", "first peak (not gated)",
-                     "particles", "steps", "date", "commit"],
-                    [["measured", "", f"{self.arrival(t, p):.3f}", "", f"{level:.3f}", "", f"{p[t < 3].max():.2f}", "", "",
+                  "over 5 ms. This case is not passed.")
+        sheet.say("The wall is not the cause. A jet of depth d and speed U that runs without gravity into the corner of a slip "
+                  "floor and a slip wall presses on the wall nearly as the theory of free streamlines says, "
+                  "`y = (4 d/pi) (atan q + artanh q)`, `p = rho U^2 (1 - q^2)/2`: off by 11, 6 and 7 % with 4, 8 and 16 cells "
+                  "over d (root mean square to y = 3.5 d), and the force on the wall is 0.95 to 0.97 of `rho U^2 d`. "
+                  "A slip collider and a separating face give much the same.")
+        sheet.say("The water is at the wall 0.1 before the measured pressure begins to rise. It comes as a sheet of 0.11 H at "
+                  "1.5 sqrt(g H), later 0.18 H at 1.1. By that theory such sheets would give 0.31 (at t = 3) to 0.41 (at 4) at the "
+                  "gauge, which lies at 0.19 H to 0.34 H, where the pressure on the wall falls off: less than measured, and no jump to "
+                  "0.6 at the arrival. The runs have 0.16 to 0.32, the lower the earlier; the theory knows neither gravity nor the "
+                  "time that the flow up the wall takes to develop. A gauge lower by the radius of the disc sees the jump and the "
+                  "measured level, one that is higher next to nothing, so that the result is one of a few centimetres; Adami et al. "
+                  "2012 (after Greco) move their gauge by that radius for better agreement. The gates are for the stated height.")
+        sheet.say("Three slip colliders as the wall (20 cells over H, plateau without a shift 0.40, with the face 0.32) show no jump "
+                  "either. They give more because a slip collider holds nodes up to 3/4 of a cell in front of it and beyond its "
+                  "edges: the middle one, three cells high, has four rows of nodes.")
+        sheet.table(["transfer", "cells over H", "water at the wall", "arrival", "error", "plateau", "error",
+                     "45 mm lower, no shift", "higher", "first peak (not gated)", "particles", "steps", "date", "commit"],
+                    [["measured", "", "", f"{self.arrival(t, p):.3f}", "", f"{level:.3f}", "", "", "", f"{p[t < 3].max():.2f}", "", "",
                       "", ""], *rows])
 
         def draw(axes):
@@ -96,9 +114,13 @@ class WallPressure(Case):
                 axes.plot(numpy.array(record["time"]) / UNIT, numpy.array(record["pressure"]) / (RHO * G * H), lw=1.0,
                           color=f"C{schemes.index(record['transfer'])}", ls={20: ":", 40: "-", 80: "--"}[record["cells"]],
                           label=f"{record['transfer']}, {record['cells']} cells over H")
+                if record["cells"] == finest and record["transfer"] == schemes[0]:
+                    low, high = (numpy.array(record[gauge]) / (RHO * G * H) for gauge in ("low", "high"))
+                    axes.fill_between(numpy.array(record["time"]) / UNIT, high, low, color="C0", alpha=0.15, lw=0.0,
+                                      label="gauge 45 mm lower to 45 mm higher")
             axes.set(xlabel="t sqrt(g/H)", ylabel="p/(rho g H)", xlim=(2, 7.4), ylim=(-0.1, 1.5))
             axes.legend(frameon=False, fontsize="small")
-        sheet.picture(self.name, "Pressure at the gauge, not shifted.", draw)
+        sheet.picture(self.name, "Pressure at the gauge, not shifted in time; shaded: between gauges 45 mm lower and higher.", draw)
 
 
 CASE = WallPressure()
