@@ -48,10 +48,10 @@ Int3 in_tile(const Int3& tile, int place) {
 
 }  // namespace
 
-CellGrid::CellGrid(const Comm& comm, const ParticleGrid& particles) : grid_(particles.grid()) {
+CellGrid::CellGrid(const Comm& comm, const ParticleGrid& particles, const Faces& faces) : grid_(particles.grid()) {
   tiles_ = particles.layout().tiles();
   n_own_ids_ = static_cast<LocalIndex>(tiles_.size()) * tile_nodes;
-  collective_guard(comm, [&] { find_nodes(particles); });
+  collective_guard(comm, [&] { find_nodes(particles, faces); });
   ask_for_cells(comm, particles);
   for (const TileIndex tile : tiles_) above_.push_back(node_tiles_above(grid_.tile_coordinates(tile)));
   sort_cells();
@@ -71,31 +71,57 @@ std::array<LocalIndex, 8> CellGrid::node_tiles_above(const Int3& tile) const {
   return above;
 }
 
-// The nodes that are complete: those that this rank's cells may reach, and those that it owns.
-void CellGrid::find_nodes(const ParticleGrid& particles) {
+LocalIndex CellGrid::node_number(const Int3& node) const {
+  return node_tile(grid_.tile_of_node(node)) * tile_nodes + node[0] % 4 * 16 + node[1] % 4 * 4 + node[2] % 4;
+}
+
+Int3 CellGrid::node_position(LocalIndex node) const {
+  return in_tile(grid_.tile_coordinates(node_tiles_[static_cast<std::size_t>(node / tile_nodes)]), node % tile_nodes);
+}
+
+// Whether it was not among the complete nodes before.
+bool CellGrid::need(LocalIndex node) {
+  std::uint64_t& bits = needed_[static_cast<std::size_t>(node / tile_nodes)];
+  const std::uint64_t bit = std::uint64_t{1} << (node % tile_nodes);
+  const bool is_new = !(bits & bit);
+  bits |= bit;
+  return is_new;
+}
+
+// The nodes that are complete: those that this rank's cells may reach, those that it owns, and those of which they are images.
+void CellGrid::find_nodes(const ParticleGrid& particles, const Faces& faces) {
   const std::vector<Int3> active = particles.exchange().active_positions();
-  for (const TileIndex tile : particles.layout().tiles())
+  const auto add_tiles_above = [&](TileIndex tile) {
     for (int b = 0; b < 8; ++b)
       if (const TileIndex there = grid_.neighbour(grid_.tile_coordinates(tile), {b / 4, b / 2 % 2, b % 2}); there >= 0)
         node_tiles_.push_back(there);
-  for (const Int3& node : active) node_tiles_.push_back(grid_.tile_of_node(node));
+  };
+  std::vector<TileIndex> reached = tiles_;
+  for (const Int3& node : active) reached.push_back(grid_.tile_of_node(node));
+  std::sort(reached.begin(), reached.end());
+  reached.erase(std::unique(reached.begin(), reached.end()), reached.end());
+  for (const TileIndex tile : reached) add_tiles_above(tile);
+  // A node behind an upper wall may be in the tile after that of its image.
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (behaviour(faces[2 * axis + 1].kind).behind == NodesBehind::free) continue;
+    const int wall = grid_.node_offset(static_cast<int>(axis)) + grid_.n_cells[axis];
+    for (std::size_t t = 0, n = node_tiles_.size(); t < n; ++t) {
+      Int3 tile = grid_.tile_coordinates(node_tiles_[t]);
+      if (tile[axis] != (wall - 1) / tile_width) continue;
+      tile[axis] = (wall + 1) / tile_width;
+      node_tiles_.push_back(grid_.tile_index(tile));
+    }
+  }
   std::sort(node_tiles_.begin(), node_tiles_.end());
   node_tiles_.erase(std::unique(node_tiles_.begin(), node_tiles_.end()), node_tiles_.end());
   needed_.assign(node_tiles_.size(), 0);
 
-  const auto number = [&](const Int3& node) {
-    return node_tile(grid_.tile_of_node(node)) * tile_nodes + node[0] % 4 * 16 + node[1] % 4 * 4 + node[2] % 4;
-  };
-  const auto need = [&](LocalIndex node) {
-    needed_[static_cast<std::size_t>(node / tile_nodes)] |= std::uint64_t{1} << (node % tile_nodes);
-  };
   const std::span<const LocalIndex> places = particles.exchange().active_nodes();
   for (std::size_t n = 0; n < active.size(); ++n) {
-    const LocalIndex node = number(active[n]);
+    const LocalIndex node = node_number(active[n]);
     owned_.push_back({node, places[n]});
     need(node);
   }
-  const std::vector<std::uint64_t> is_owned = needed_;
   const int w = footprint_width(grid_.order);
   const std::span<const LocalIndex> rows = particles.layout().row_offsets();
   std::size_t row = 0;
@@ -113,17 +139,30 @@ void CellGrid::find_nodes(const ParticleGrid& particles) {
             exists = exists && node[static_cast<std::size_t>(a)] < n;
           }
           if (!exists) continue;
-          const LocalIndex here = number(node);
-          const auto t = static_cast<std::size_t>(here / tile_nodes);
-          const std::uint64_t bit = std::uint64_t{1} << (here % tile_nodes);
-          if (needed_[t] & bit) continue;
-          needed_[t] |= bit;
-          if (!(is_owned[t] & bit)) in_pool_.push_back({here, rows[row] + k});
+          if (const LocalIndex here = node_number(node); need(here)) in_pool_.push_back({here, rows[row] + k});
         }
   }
+  add_images(faces);
   for (std::size_t t = 0; t < needed_.size(); ++t)
     for (int place = 0; place < tile_nodes; ++place)
       if (needed_[t] >> place & 1) complete_.push_back(static_cast<LocalIndex>(t) * tile_nodes + place);
+}
+
+// What a node behind a wall receives goes to its image in front of it. Axis after axis, for images in edges and corners.
+void CellGrid::add_images(const Faces& faces) {
+  for (int f = 0; f < 6; ++f) {
+    if (behaviour(faces[static_cast<std::size_t>(f)].kind).behind == NodesBehind::free) continue;
+    const auto axis = static_cast<std::size_t>(f / 2);
+    const int wall = grid_.node_offset(f / 2) + (f % 2 == 0 ? 0 : grid_.n_cells[axis]);
+    const int inwards = f % 2 == 0 ? 1 : -1;
+    for (LocalIndex node = 0; node < n_nodes(); ++node) {
+      if (!(needed_[static_cast<std::size_t>(node / tile_nodes)] >> (node % tile_nodes) & 1)) continue;
+      Int3 position = node_position(node);
+      if (position[axis] != wall + inwards) continue;
+      position[axis] = wall - inwards;
+      need(node_number(position));
+    }
+  }
 }
 
 bool CellGrid::reaches_complete_node(const Int3& tile, int place) const {
@@ -228,9 +267,7 @@ void CellGrid::stencil(LocalIndex id, LocalIndex* nodes) const {
 std::vector<Int3> CellGrid::complete_positions() const {
   std::vector<Int3> positions;
   positions.reserve(complete_.size());
-  for (const LocalIndex node : complete_)
-    positions.push_back(
-        in_tile(grid_.tile_coordinates(node_tiles_[static_cast<std::size_t>(node / tile_nodes)]), node % tile_nodes));
+  for (const LocalIndex node : complete_) positions.push_back(node_position(node));
   return positions;
 }
 

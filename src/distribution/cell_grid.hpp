@@ -14,8 +14,9 @@ namespace bulkley {
 /// the ids of this rank's cells are the entries of CellMap::cell. Nodes likewise, with tiles of nodes of their own.
 class CellGrid {
  public:
-  /// Asks the owners of cells that reach a node that this rank's cells reach, or that it owns. Collective.
-  CellGrid(const Comm& comm, const ParticleGrid& particles);
+  /// Asks the owners of cells that reach a node that this rank's cells reach, or that it owns, or a node behind a wall of `faces`
+  /// whose mirror image it is. Collective.
+  CellGrid(const Comm& comm, const ParticleGrid& particles, const Faces& faces);
 
   LocalIndex n_own_ids() const { return n_own_ids_; }
   LocalIndex n_ids() const { return static_cast<LocalIndex>(tiles_.size()) * tile_nodes; }
@@ -47,10 +48,14 @@ class CellGrid {
   std::size_t memory() const;
 
  private:
-  void find_nodes(const ParticleGrid& particles);
+  void find_nodes(const ParticleGrid& particles, const Faces& faces);
+  void add_images(const Faces& faces);
   void ask_for_cells(const Comm& comm, const ParticleGrid& particles);
   void sort_cells();
   LocalIndex node_tile(TileIndex tile) const;
+  LocalIndex node_number(const Int3& node) const;
+  Int3 node_position(LocalIndex node) const;
+  bool need(LocalIndex node);
   bool reaches_complete_node(const Int3& tile, int place) const;
   std::array<LocalIndex, 8> node_tiles_above(const Int3& tile) const;
 

@@ -23,7 +23,7 @@ ImplicitPressure::ImplicitPressure(StepParts& parts)
 void ImplicitPressure::fit() {
   if (fitted_ == parts_.particles.version()) return;
   const PhaseTimer timer(parts_.times, Phase::rebuild);
-  grid_ = std::make_unique<CellGrid>(parts_.comm(), parts_.particles);
+  grid_ = std::make_unique<CellGrid>(parts_.comm(), parts_.particles, parts_.physics.faces);
   collective_guard(parts_.comm(), [&] {
     contact_.fit(*grid_);
     const auto n = static_cast<std::size_t>(grid_->n_nodes()) + 1;

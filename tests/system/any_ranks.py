@@ -25,12 +25,13 @@ def checkpoint(folder, step):
 
 
 class Test:
-    def __init__(self, program, work):
+    def __init__(self, program, work, scene):
         self.program = program
         self.work = work
+        self.scene = scene
 
     def run(self, out, ranks, steps, *more):
-        outcome = self.program.run(["run", *SCENE, "--out", out, "--max-steps", str(steps), "--set", "output.tiles=true",
+        outcome = self.program.run(["run", *self.scene, "--out", out, "--max-steps", str(steps), "--set", "output.tiles=true",
                                     "--set", "output.grid=true",
                                     "--set", f"checkpoint.steps={INTERRUPTION}", "--set", "checkpoint.keep=9", *more],
                                    ranks, self.work, 200)
@@ -57,7 +58,8 @@ class Test:
 
 
 def main():
-    test = Test(*start(parse_arguments(__doc__)))
+    arguments = parse_arguments(__doc__, lambda parser: parser.add_argument("--set", nargs="+", default=[], help="overrides"))
+    test = Test(*start(arguments), SCENE + [word for override in arguments.set for word in ("--set", override)])
     if "1 ranks (1 x 1 x 1)" not in test.run("one", 1, STEPS):
         fail("one rank is not said to have a box")
     for ranks, method, settings, ranks_after, method_after in CASES:
@@ -76,7 +78,7 @@ def main():
         test.expect_identical(checkpoint("one", STEPS), checkpoint(parted, STEPS),
                               f"{ranks} ranks, restarted on {ranks_after}")
 
-        check = test.program.run(["check", *SCENE, "-n", str(ranks), "--set", f"partition.method={method}"], 1, test.work, 60)
+        check = test.program.run(["check", *test.scene, "-n", str(ranks), "--set", f"partition.method={method}"], 1, test.work, 60)
         if check.code != 0 or f"ranks      {ranks}: at most" not in check.text:
             fail(f"check on {ranks} ranks", check)
         idle = "ranks start without particles" in check.text

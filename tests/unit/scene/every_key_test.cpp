@@ -111,6 +111,7 @@ std::vector<std::pair<std::string, std::string>> setting(const std::string& sect
       {"Top level", {{"", ""}}},
       {"[domain]", {{"domain", ""}}},
       {"[time]", {{"time", ""}}},
+      {"[time.pressure]", {{"time.integrator", "\"imex\""}, {"time.pressure", "{}"}, {"time.pressure", ""}}},
       {"[transfer]", {{"transfer", ""}}},
       {"[materials.NAME]", {law("{ }")}},
       {"[materials.NAME], law = \"neo_hookean\"", {law("{ law = \"neo_hookean\", " + solid + " }")}},

@@ -1,0 +1,76 @@
+#!/usr/bin/env python3
+"""The implicit pressure gives the same bits on any number of ranks and through restarts, with everything that takes part in its
+system: walls of every kind, moving colliders, gauges, a periodic axis, free surfaces that part, laws without a volumetric part,
+both orders and forms, all transfers. In each variant the energy account closes and volumes stay what they are."""
+
+import csv
+import pathlib
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+from bulkley_program import fail, parse_arguments, start  # noqa: E402
+
+HERE = pathlib.Path(__file__).resolve().parent
+STEPS, INTERRUPTION = 60, 25
+ROUNDING = 1e-12  # of the energy account's largest term
+
+STUCK = ["boundaries.z_lower={type=\"sticky\"}"]
+ROUND = [f"boundaries.{axis}_{side}=\"periodic\"" for axis in "y" for side in ("lower", "upper")]
+# name, scene, overrides, ranks of the whole run, ranks before and after a restart
+VARIANTS = (
+    ("splash", "splash.toml", ["materials.cream.bulk_modulus=2e9"], (2, 3, 7), (3, 5)),
+    ("cubic", "splash.toml", ["transfer.order=\"cubic\"", "transfer.scheme=\"moment_flip\""], (3,), (7, 2)),
+    ("bspline", "splash.toml", ["transfer.gradient=\"bspline\"", "transfer.scheme=\"flip\"", *STUCK], (5,), (2, 7)),
+    ("periodic", "splash.toml", ["transfer.scheme=\"pic\"", "domain.upper=[0.35,0.4,0.3]", *ROUND], (2, 7), (7, 3)),
+    ("mixed", "splash.toml", ["materials.rubber.law=\"fixed_corotated\""], (3,), (2, 5)),
+    ("moving", "moving_colliders.toml", ["time.end=1.0", "time.growth=1.5"], (2, 7), (5, 3)),
+    ("parting", "tank.toml", ["materials.water.tension=false", "gravity=[3.0, 0.0, -10.0]"], (4,), (3, 2)),
+)
+
+
+class Test:
+    def __init__(self, program, work):
+        self.program = program
+        self.work = work
+
+    def run(self, out, ranks, steps, scene, overrides, *more):
+        sets = [word for override in ("time.integrator=imex", "output.history_interval=5", "output.frame_interval=0", *overrides)
+                for word in ("--set", override)]
+        outcome = self.program.run(["run", str(HERE / scene), "--out", out, "--max-steps", str(steps), *sets, *more], ranks,
+                                   self.work, 200)
+        if outcome.code not in (0, 4):
+            fail(f"{out} on {ranks} ranks ended with {outcome.code}", outcome)
+        return self.work / out
+
+    def expect_identical(self, one, other, what):
+        name = f"checkpoint_{STEPS:09d}.h5"
+        compare = self.program.run(["compare", str(one / name), str(other / name)], 1, self.work, 60)
+        if compare.code != 0 or "identical" not in compare.text:
+            fail(f"{what}: different", compare)
+        print(f"{what}: identical", flush=True)
+
+
+def expect_sound(folder, name):
+    with open(folder / "history.csv", encoding="utf-8") as table:
+        rows = list(csv.DictReader(table))
+    last = {key: float(value) for key, value in rows[-1].items() if key.endswith("[J]")}
+    largest = max(abs(value) for key, value in last.items() if value == value)
+    if not abs(last["energy_residual [J]"]) <= ROUNDING * largest:
+        fail(f"{name}: the energy account is off by {last['energy_residual [J]']} J of {largest} J")
+
+
+def main():
+    test = Test(*start(parse_arguments(__doc__)))
+    for name, scene, overrides, ranks, (before, after) in VARIANTS:
+        one = test.run(f"{name}_1", 1, STEPS, scene, overrides)
+        expect_sound(one, name)
+        for n in ranks:
+            test.expect_identical(one, test.run(f"{name}_{n}", n, STEPS, scene, overrides), f"{name} on {n} ranks")
+        parted = f"{name}_{before}to{after}"
+        test.run(parted, before, INTERRUPTION, scene, overrides)
+        test.expect_identical(one, test.run(parted, after, STEPS, scene, overrides, "--restart"),
+                              f"{name} on {before} ranks, restarted on {after}")
+
+
+if __name__ == "__main__":
+    main()
