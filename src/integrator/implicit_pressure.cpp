@@ -13,6 +13,10 @@ namespace {
 // Of the residual, while it is only to be found which walls hold.
 constexpr double rough_tolerance = 0.1;
 
+// Where little changes from step to step, the pressure of the step before is within the tolerance, and what it lacks would
+// accumulate as noise.
+constexpr int least_iterations = 2;
+
 }  // namespace
 
 ImplicitPressure::ImplicitPressure(StepParts& parts)
@@ -229,7 +233,7 @@ bool ImplicitPressure::solve(double dt, double tolerance, PressureReport& report
   }
   double square = precondition(residual_);
   direction_ = scaled_;
-  for (int n = 0; square > goal; ++n) {
+  for (int n = 0; square > (n < least_iterations ? rounding : goal); ++n) {
     if (n == settings.max_iterations) return false;
     multiply(dt, direction_);
     for (std::size_t k = 0; k < own_.size(); ++k)

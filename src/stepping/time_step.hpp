@@ -14,7 +14,7 @@ enum class IntegratorKind { explicit_step, imex };
 
 /// The implicit pressure of integrator imex, table [time.pressure] of a scene (docs/theory.md, "Implicit pressure").
 struct PressureSettings {
-  double tolerance = 1e-2;      ///< of the residual, in the energy norm of the diagonal
+  double tolerance = 1e-3;      ///< of the residual, in the energy norm of the diagonal
   int max_iterations = 300;     ///< beyond, the step is rejected
   double stabilisation = 0.05;  ///< zeta of (I7)
   double relaxation = 0.1;      ///< beta of (I9)
