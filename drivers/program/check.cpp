@@ -58,6 +58,19 @@ void print_disk(const Scene& scene, const Forecast& f) {
              bytes_text(checkpoint * (scene.checkpoint.keep + 1)), frames);
 }
 
+void print_choice(const Scene& scene, const IntegratorChoice& choice) {
+  const auto print_integrator = [](const char* label, const IntegratorForecast& f, const std::string& cost) {
+    fmt::print("{:<10} about {:.2g} s a step once bodies move at U, limited by: {}; {:.0f} steps{}\n", label, f.limit.dt,
+               name(f.limit.limiter), f.n_steps, cost);
+  };
+  print_integrator("explicit", choice.explicit_step, "");
+  print_integrator("imex", choice.imex, fmt::format(", each at about {:g} times the cost", imex_step_cost));
+  const bool chosen = choice.cheaper == scene.time_stepping.integrator;
+  fmt::print("cheaper    {}{}: {}\n", choice.cheaper == IntegratorKind::imex ? "imex" : "explicit",
+             chosen ? ", which the scene has" : "", choice.reason);
+  for (const std::string& note : choice.notes) fmt::print("note: {}\n", note);
+}
+
 void print(const Scene& scene, const Forecast& f) {
   const GridGeometry& grid = scene.grid;
   const Vec3 upper = grid.upper();
@@ -101,6 +114,7 @@ void print(const Scene& scene, const Forecast& f) {
   print_disk(scene, f);
   fmt::print("time step  {:.4g} s at the start, limited by: {}\n", f.limit.dt, name(f.limit.limiter));
   fmt::print("steps      about {:.0f} to t = {:g} s\n", f.n_steps, scene.time_stepping.end_time);
+  if (f.choice) print_choice(scene, *f.choice);
   for (const std::string& warning : f.warnings) fmt::print("warning: {}\n", warning);
 }
 

@@ -43,6 +43,7 @@ Json summary(const RunView& view) {
   if (run.running()) add("left", left_text(view));
   add("time step", limiter_text(view));
   add("trials", trials_text(view));
+  if (const std::string volume = volume_text(view); !volume.empty()) add("volume", volume);
   add("particles", particles_text(view));
   add("energy", energy_text(view));
   if (view.figures.account.known()) {

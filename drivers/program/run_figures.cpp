@@ -80,6 +80,10 @@ void take_last_row(const HistoryReader& reader, RunFigures& figures) {
   figures.mass = value("mass [kg]");
   figures.max_speed = value("max_speed [m/s]");
   figures.thickness_decile = value("thickness_decile [cells]");
+  figures.volume_error = value("volume_error");
+  figures.pressure_iterations = value("pressure_iterations");
+  figures.most_pressure_iterations = value("pressure_iterations_max");
+  figures.contact_rounds = value("contact_rounds");
   const double step = value("step");
   if (!(figures.step >= step)) {
     figures.step = step;
@@ -116,11 +120,27 @@ double RunFigures::left(const RunFolder& run) const {
 
 RunFigures figures_of(const RunFolder& run) {
   RunFigures figures{};
-  for (double* value :
-       {&figures.dt, &figures.last_row_time, &figures.trials, &figures.accepted, &figures.rejected, &figures.particles,
-        &figures.removed, &figures.imbalance, &figures.mass, &figures.max_speed, &figures.thickness_decile,
-        &figures.energy_scale, &figures.seconds_per_step, &figures.recent_steps_per_second, &figures.recent_time_per_second,
-        &figures.part_steps_per_second, &figures.part_time_per_second})
+  for (double* value : {&figures.dt,
+                        &figures.last_row_time,
+                        &figures.trials,
+                        &figures.accepted,
+                        &figures.rejected,
+                        &figures.particles,
+                        &figures.removed,
+                        &figures.imbalance,
+                        &figures.mass,
+                        &figures.max_speed,
+                        &figures.thickness_decile,
+                        &figures.volume_error,
+                        &figures.pressure_iterations,
+                        &figures.most_pressure_iterations,
+                        &figures.contact_rounds,
+                        &figures.energy_scale,
+                        &figures.seconds_per_step,
+                        &figures.recent_steps_per_second,
+                        &figures.recent_time_per_second,
+                        &figures.part_steps_per_second,
+                        &figures.part_time_per_second})
     *value = unknown;
   figures.first = figures.last = {unknown, unknown, unknown, unknown};
   figures.account = {unknown, unknown, unknown, unknown, unknown, unknown, unknown, unknown, {}, {}};

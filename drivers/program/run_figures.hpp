@@ -32,7 +32,9 @@ struct RunFigures {
   bool all_rows = true;                                        ///< the table has no more
   double trials, accepted, rejected;                           ///< since the first step of the run
   double particles, removed, imbalance, mass, max_speed;
-  double thickness_decile;  ///< cells
+  double thickness_decile;                                               ///< cells
+  double volume_error;                                                   ///< rms of J - 1
+  double pressure_iterations, most_pressure_iterations, contact_rounds;  ///< a step, of the last row
   EnergyFigures first, last;
   AccountFigures account;
   double energy_scale;                                     ///< J, that the change of the sum is measured by

@@ -75,6 +75,16 @@ std::string trials_text(const RunView& view) {
                      counted(f.rejected, "step"));
 }
 
+std::string volume_text(const RunView& view) {
+  const RunFigures& f = view.figures;
+  if (!std::isfinite(f.volume_error)) return {};
+  std::string text;
+  if (std::isfinite(f.pressure_iterations))
+    text = fmt::format("implicit pressure: {:.1f} iterations a step (at most {:.0f}), ", f.pressure_iterations,
+                       f.most_pressure_iterations);
+  return text + fmt::format("volume error {:.2g}", f.volume_error);
+}
+
 std::string particles_text(const RunView& view) {
   const RunFigures& f = view.figures;
   const double n = has_rows(view) ? f.particles : view.run.n_particles;
@@ -212,6 +222,7 @@ std::string status_lines(const RunView& view) {
   if (run.state != "finished") add("left", left_text(view));
   add("time step", limiter_text(view));
   add("trials", trials_text(view));
+  if (const std::string volume = volume_text(view); !volume.empty()) add("volume", volume);
   add("particles", particles_text(view));
   if (std::isfinite(view.figures.thickness_decile))
     add("thickness",
@@ -307,6 +318,10 @@ Json status_json(const RunView& view) {
           {"mass", rounded(f.mass)},
           {"max_speed", rounded(f.max_speed)},
           {"thickness_decile", rounded(f.thickness_decile)},
+          {"volume_error", rounded(f.volume_error)},
+          {"pressure_iterations", rounded(f.pressure_iterations)},
+          {"pressure_iterations_max", whole(f.most_pressure_iterations)},
+          {"contact_rounds", rounded(f.contact_rounds)},
           {"kinetic_energy", rounded(f.last.kinetic)},
           {"elastic_energy", rounded(f.last.elastic)},
           {"gravitational_energy", rounded(f.last.gravitational)},

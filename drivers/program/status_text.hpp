@@ -27,6 +27,8 @@ std::string rate_text(const RunView& view);
 std::string left_text(const RunView& view);
 std::string limiter_text(const RunView& view);
 std::string trials_text(const RunView& view);
+/// Of an implicit pressure, and of J; empty where no row contains it.
+std::string volume_text(const RunView& view);
 std::string particles_text(const RunView& view);
 std::string energy_text(const RunView& view);
 /// What came in, where it went, and what is left of the sum; empty for a table without an energy budget.

@@ -26,6 +26,8 @@ enum Term {
   moment,
   flowing = moment + 3,
   fluid,
+  reference,
+  square_dilation,
   n_terms
 };
 using Terms = std::array<double, n_terms>;
@@ -55,6 +57,8 @@ Terms terms_of(const Physics& physics, const ParticleSet& set, LocalIndex p) {
   t[potential] = -m * physics.gravity.dot(x);
   t[dissipated] = volume * set.real(Field::plastic_dissipation)[p];
   t[fluid] = fluid_like ? m : 0.0;
+  t[reference] = volume;
+  t[square_dilation] = volume * std::pow(set.real(Field::volume_ratio)[p] - 1.0, 2);
   t[flowing] = fluid_like && set.real(Field::plastic_shear_rate)[p] > 0.0 ? m : 0.0;
   return t;
 }
@@ -113,6 +117,7 @@ Diagnostics diagnose(const Comm& comm, const Physics& physics, const ParticleSet
   d.dissipated_energy = sum(dissipated);
   if (d.mass > 0.0) d.center_of_mass = vector(moment) / d.mass;
   if (sum(fluid) > 0.0) d.yielded_fraction = sum(flowing) / sum(fluid);
+  if (sum(reference) > 0.0) d.volume_error = std::sqrt(sum(square_dilation) / sum(reference));
   if (n_global > 0)
     for (int a = 0; a < 3; ++a) {
       d.upper[a] = largest[n_terms + a];

@@ -80,7 +80,9 @@ bool Balancer::check_is_due(const Solver& solver, GlobalIndex step) {
 Balancer::Clock Balancer::read_clock(const Solver& solver) {
   const PhaseTimes& times = solver.times();
   Clock clock;
-  for (const Phase phase : {Phase::p2g, Phase::g2p, Phase::stress_update, Phase::locate, Phase::judge, Phase::sort})
+  // The pressure's cells are where particles are. It includes waits for other ranks, which weigh particles the more.
+  for (const Phase phase :
+       {Phase::p2g, Phase::pressure, Phase::g2p, Phase::stress_update, Phase::locate, Phase::judge, Phase::sort})
     clock.particles += times[phase].seconds;
   clock.nodes = times[Phase::grid_update].seconds + times[Phase::exchange].seconds - solver.exchange_wait();
   clock.materials = solver.material_seconds();

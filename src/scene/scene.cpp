@@ -60,7 +60,8 @@ void require_different_names(const Value& root, const char* list_key, Faults& fa
   }
 }
 
-/// Frames hold the internal variables of the scene's laws, unless the scene lists their fields.
+/// Frames hold the internal variables of the scene's laws, unless the scene lists their fields. The implicit pressure they hold
+/// only where it is listed: the derived field `pressure` contains it.
 void choose_frame_fields(const Value& root, Scene& scene, Faults& faults) {
   const OptionalFields present = internal_fields(scene.materials);
   const Value* output = root.find("output");
@@ -69,6 +70,12 @@ void choose_frame_fields(const Value& root, Scene& scene, Faults& faults) {
     if (!field.optional || !field.written) continue;
     const bool listed =
         std::find(scene.output.fields.begin(), scene.output.fields.end(), field.name) != scene.output.fields.end();
+    if (field.field == Field::cell_mean_stress) {
+      if (listed && scene.time_stepping.integrator != IntegratorKind::imex)
+        faults.add(given->place, fmt::format("'output.fields' names '{}', which needs time.integrator = \"imex\" ({})",
+                                             field.name, field.meaning));
+      continue;
+    }
     if (!given && present.contains(field.field)) scene.output.fields.emplace_back(field.name);
     if (given && listed && !present.contains(field.field))
       faults.add(given->place, fmt::format("'output.fields' names '{}', which no law among the scene's materials has ({})",

@@ -105,9 +105,9 @@ Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks) {
     f.bodies.push_back(body_forecast(comm, scene, body));
     const BodyForecast& b = f.bodies.back();
     if (!b.at_rest) start.motion.speed.include(b.speed, -1);
-    start.motion.wave_speed.include(b.wave_speed, -1);
-    std::visit([&](const auto& law) { start.motion.viscosity.include(law.viscosity() / law.density(), -1); },
-               scene.materials[body.material_index].material);
+    const Material& material = scene.materials[body.material_index].material;
+    start.motion.wave_speed.include(wave_speed_at_rest(explicit_part(scene.time_stepping.integrator, material)), -1);
+    std::visit([&](const auto& law) { start.motion.viscosity.include(law.viscosity() / law.density(), -1); }, material);
     if (b.mach > 0.3)
       f.warnings.push_back(fmt::format(
           "body '{}' moves at Mach {:.2f}: impacts will compress it noticeably; a larger bulk_modulus makes it stiffer",
@@ -153,13 +153,15 @@ Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks) {
     dt = scene.time_stepping.dt_fixed;
     f.limit = {dt, Limiter::fixed, -1};
   }
-  f.n_steps = std::ceil(scene.time_stepping.end_time / dt);
+  f.n_steps = std::max(1.0, std::ceil(scene.time_stepping.end_time / dt));
+  if (scene.time_stepping.mode == TimeStepMode::adaptive) f.choice = compare_integrators(scene, f.bodies);
   if (f.n_steps > many_steps)
-    f.warnings.push_back(
-        fmt::format("the run needs about {:.2g} steps (more than {:.0g}), because the stiffest material has a wave speed of "
-                    "{:.4g} m/s; a "
-                    "smaller bulk_modulus is enough while the Mach number stays below 0.1",
-                    f.n_steps, many_steps, start.motion.wave_speed.value));
+    f.warnings.push_back(fmt::format(
+        "the run needs about {:.2g} steps (more than {:.0g}), because the stiffest material has a wave speed of "
+        "{:.4g} m/s; a "
+        "smaller bulk_modulus is enough while the Mach number stays below 0.1{}",
+        f.n_steps, many_steps, start.motion.wave_speed.value,
+        f.choice && f.choice->cheaper == IntegratorKind::imex ? ", and time.integrator = \"imex\" needs none" : ""));
   if (comm.is_root() && n_ranks > 1 && f.largest_share > 0 && *std::min_element(share.begin(), share.end()) == 0)
     f.warnings.push_back(
         fmt::format("{} of {} ranks start without particles", std::count(share.begin(), share.end(), 0), n_ranks));

@@ -8,6 +8,7 @@
 #include "balance/partition.hpp"
 #include "bulkley/parallel/comm.hpp"
 #include "scene/scene.hpp"
+#include "simulation/integrator_choice.hpp"
 #include "stepping/time_step.hpp"
 
 namespace bulkley {
@@ -41,8 +42,9 @@ struct Forecast {
   GlobalIndex checkpoint_bytes = 0;  ///< of one
   GlobalIndex frame_bytes = 0;       ///< of one, without colliders and compression
   GlobalIndex n_frames = 0;
-  TimeStepLimit limit{};  ///< at the start
-  double n_steps = 0.0;   ///< end time over the step that the limits (or the user) allow at the start
+  TimeStepLimit limit{};                   ///< at the start
+  double n_steps = 0.0;                    ///< end time over the step that the limits (or the user) allow at the start
+  std::optional<IntegratorChoice> choice;  ///< none where the step is fixed
   std::vector<std::string> warnings;
 };
 

@@ -14,6 +14,8 @@ namespace {
 
 bool has_contact(const Face& face) { return behaviour(face.kind).contact.has_value(); }
 
+bool is_implicit(const Scene& scene) { return scene.time_stepping.integrator == IntegratorKind::imex; }
+
 std::vector<std::string> columns_of_particles(const std::vector<std::string>& energies) {
   std::vector<std::string> columns{"step",
                                    "time [s]",
@@ -50,6 +52,7 @@ std::vector<std::string> columns_of_particles(const std::vector<std::string>& en
                            "max_wave_speed [m/s]",
                            "min_volume_ratio",
                            "max_volume_ratio",
+                           "volume_error",
                            "yielded_fraction",
                            "thickness_decile [cells]",
                            "particles",
@@ -98,6 +101,8 @@ void add_energies(const Scene& scene, const EnergyAccount& energies, std::vector
 
 std::vector<std::string> history_columns(const Scene& scene) {
   std::vector<std::string> columns = columns_of_particles(columns_of_energies(scene));
+  if (is_implicit(scene))
+    for (const char* name : {"pressure_iterations", "pressure_iterations_max", "contact_rounds"}) columns.emplace_back(name);
   const auto add_vector = [&](const std::string& prefix, const char* quantity, const char* unit) {
     for (const char* axis : {"x", "y", "z"}) columns.push_back(fmt::format("{}.{}_{} {}", prefix, quantity, axis, unit));
   };
@@ -113,6 +118,12 @@ std::vector<std::string> history_columns(const Scene& scene) {
     columns.push_back(column_prefix(gauge.name) + ".pressure [Pa]");
   }
   return columns;
+}
+
+PressureFigures pressure_figures(const PressureTotals& totals) {
+  const auto steps = static_cast<double>(std::max<GlobalIndex>(totals.n_steps, 1));
+  return {static_cast<double>(totals.n_iterations) / steps, totals.most_iterations,
+          static_cast<double>(totals.n_rounds) / steps};
 }
 
 std::vector<HistoryValue> history_row(const Scene& scene, const SimulationState& state, const StepReport* report,
@@ -141,8 +152,8 @@ std::vector<HistoryValue> history_row(const Scene& scene, const SimulationState&
   add(d.lower);
   add(d.upper);
   for (const double value : {b.motion.speed.value, b.motion.velocity_gradient.value, b.motion.wave_speed.value,
-                             b.totals.smallest_volume_ratio.value, b.totals.largest_volume_ratio.value, d.yielded_fraction,
-                             measured.thickness_decile})
+                             b.totals.smallest_volume_ratio.value, b.totals.largest_volume_ratio.value, d.volume_error,
+                             d.yielded_fraction, measured.thickness_decile})
     row.emplace_back(value);
   row.emplace_back(d.n_particles);
   row.emplace_back(state.n_removed);
@@ -150,6 +161,12 @@ std::vector<HistoryValue> history_row(const Scene& scene, const SimulationState&
   for (const GlobalIndex n : {state.n_repartitions, state.n_moved, state.n_migrated, halo.largest, halo.total / n_ranks})
     row.emplace_back(n);
   row.emplace_back(seconds_per_step);
+  if (is_implicit(scene)) {
+    const PressureFigures pressure = pressure_figures(state.pressure);
+    row.emplace_back(pressure.iterations);
+    row.emplace_back(pressure.most_iterations);
+    row.emplace_back(pressure.contact_rounds);
+  }
   const double per_second = contact.duration > 0.0 ? 1.0 / contact.duration : 0.0;
   const std::size_t n_gauges = measured.gauge_areas.size(), n_colliders = contact.impulses.n_colliders() - 2 * n_gauges;
   for (std::size_t c = 0; c < n_colliders; ++c) {

@@ -36,6 +36,9 @@ struct Measurements {
   std::vector<double> gauge_areas;  ///< m^2, of each gauge
 };
 
+/// Means over the steps that `totals` counts. Not collective.
+PressureFigures pressure_figures(const PressureTotals& totals);
+
 /// One row; `seconds_per_step`: wall time per step since the row before.
 std::vector<HistoryValue> history_row(const Scene& scene, const SimulationState& state, const StepReport* report,
                                       const Diagnostics& diagnostics, const EnergyAccount& energies,

@@ -46,6 +46,10 @@ void for_each_late_number(State& state, Visit visit) {
   visit("balance.n_repartitions", state.n_repartitions);
   visit("balance.n_moved", state.n_moved);
   visit("balance.n_migrated", state.n_migrated);
+  visit("pressure.n_steps", state.pressure.n_steps);
+  visit("pressure.n_iterations", state.pressure.n_iterations);
+  visit("pressure.most_iterations", state.pressure.most_iterations);
+  visit("pressure.n_rounds", state.pressure.n_rounds);
 }
 
 constexpr const char* history_time_name = "history.time";
@@ -80,6 +84,13 @@ Number find_number(const std::map<std::string, Number>& numbers, const std::stri
 }
 
 }  // namespace
+
+void PressureTotals::add(const PressureReport& report) {
+  ++n_steps;
+  n_iterations += report.n_iterations;
+  most_iterations = std::max(most_iterations, GlobalIndex{report.n_iterations});
+  n_rounds += report.n_rounds;
+}
 
 void save_state(const SimulationState& state, Reals& reals, Integers& integers) {
   const auto save = [&]<class Number>(const char* name, const Number& number) {

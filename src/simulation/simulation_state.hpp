@@ -6,10 +6,21 @@
 #include "balance/tile_load.hpp"
 #include "base/named_numbers.hpp"
 #include "integrator/energy_budget.hpp"
+#include "integrator/integrator.hpp"
 #include "kernel/step_bounds.hpp"
 #include "stepping/time_step.hpp"
 
 namespace bulkley {
+
+/// How the implicit pressure was found in the steps since the last row of history.csv.
+struct PressureTotals {
+  GlobalIndex n_steps = 0;
+  GlobalIndex n_iterations = 0;
+  GlobalIndex most_iterations = 0;  ///< of a step
+  GlobalIndex n_rounds = 0;
+
+  void add(const PressureReport& report);
+};
 
 struct SimulationState {
   GlobalIndex step = 0;
@@ -28,6 +39,7 @@ struct SimulationState {
   Integers force_integers;                    ///< likewise
   double history_time = 0.0;                  ///< s, of the last row of history.csv
   std::vector<GlobalIndex> contact_impulses;  ///< ContactImpulses::words since then; at a checkpoint only
+  PressureTotals pressure;                    ///< since then
   EnergyStart energy_start;                   ///< of the particles when the energy budget began
   std::vector<GlobalIndex> energy_words;      ///< EnergyBudget::words; at a checkpoint only
 };

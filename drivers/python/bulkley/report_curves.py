@@ -165,6 +165,15 @@ def laid_out(end: float, columns: list[str]) -> Sheets:
     sheets.begin("Volume ratio, smallest and largest", "")
     sheets.curve("smallest", "min_volume_ratio")
     sheets.curve("largest", "max_volume_ratio")
+    if "volume_error" in columns:
+        sheets.begin("Volume error: root mean square of J - 1", "", may_be_log=True)
+        sheets.curve("volume error", "volume_error")
+    if "pressure_iterations" in columns:
+        sheets.begin("Iterations of the implicit pressure in a step, since the row before", "", from_zero=True)
+        sheets.curve("mean", "pressure_iterations", skips_first=True)
+        sheets.curve("largest", "pressure_iterations_max", skips_first=True)
+        sheets.begin("Solutions of the pressure in a step, until walls and free surfaces kept their state", "", from_zero=True)
+        sheets.curve("rounds", "contact_rounds", skips_first=True)
     sheets.begin("Yielded part of the mass", "", from_zero=True)
     sheets.curve("yielded", "yielded_fraction")
     sheets.begin("Thickness of the thinnest tenth of the material, in cells", "[cells]", from_zero=True)

@@ -16,6 +16,7 @@ struct Diagnostics {
   Vec3 center_of_mass = Vec3::Zero();               ///< m
   Vec3 lower = Vec3::Zero(), upper = Vec3::Zero();  ///< m, bounding box of the positions
   double yielded_fraction = 0.0;  ///< mass that flowed plastically in the last step over mass of yielding materials
+  double volume_error = 0.0;      ///< rms of J - 1 over the particles, weighted by their reference volumes
   GlobalIndex n_particles = 0;
 };
 

@@ -13,6 +13,13 @@ namespace bulkley {
 enum class RunState { running, stopped, failed, finished };
 const char* name(RunState state);
 
+/// How the implicit pressure was found, between two rows of history.csv.
+struct PressureFigures {
+  double iterations = 0.0;  ///< a step
+  GlobalIndex most_iterations = 0;
+  double contact_rounds = 0.0;  ///< a step
+};
+
 /// What the run is, and what its present part, since the start of the program, has cost so far.
 struct RunProgress {
   std::string title;    ///< of the scene
@@ -28,6 +35,8 @@ struct RunProgress {
   double output = 0.0;           ///< s of it in frames, history and checkpoints
   double peak_memory = 0.0;      ///< bytes, largest of a rank
   double checkpoint_time = 0.0;  ///< s, simulated time of the newest checkpoint
+  PressureFigures pressure;      ///< of the last row of history.csv
+  double volume_error = 0.0;     ///< likewise
   std::string continuation;      ///< command that continues the run
   std::vector<PhaseSummary> phases;
   std::vector<std::string> warnings;

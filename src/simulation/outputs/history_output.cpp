@@ -34,6 +34,9 @@ void HistoryOutput::write(Run& run) {
   history_.write(run.comm, history_row(run.scene, state, step, diagnostics, energies, contact, measured, run.halo_traffic(),
                                        run.comm.size(), seconds_per_step));
   run.solver->set_contact_impulses(no_contact_impulses(run.solver->physics()));
+  run.progress.pressure = pressure_figures(state.pressure);
+  run.progress.volume_error = diagnostics.volume_error;
+  state.pressure = {};
   state.history_time = state.time;
   row_step_ = state.step;
   row_stepping_ = run.clock.stepping;

@@ -1,0 +1,102 @@
+#include "simulation/integrator_choice.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "simulation/forecast.hpp"
+
+namespace bulkley {
+
+namespace {
+
+// A bulk modulus below it is softer than any liquid's or compact solid's: as a rule one lowered for the explicit step.
+constexpr double true_bulk_modulus = 1e8;  // Pa
+
+IntegratorForecast forecast_with(IntegratorKind kind, const Scene& scene, const std::vector<BodyForecast>& bodies) {
+  TimeStepSettings settings = scene.time_stepping;
+  settings.integrator = kind;
+  StepBounds bounds;
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    const Material& material = scene.materials[scene.bodies[b].material_index].material;
+    bounds.motion.speed.include(bodies[b].speed, -1);
+    bounds.motion.velocity_gradient.include(bodies[b].speed / bodies[b].size, -1);
+    bounds.motion.wave_speed.include(wave_speed_at_rest(explicit_part(kind, material)), -1);
+    std::visit([&](const auto& law) { bounds.motion.viscosity.include(law.viscosity() / law.density(), -1); }, material);
+  }
+  IntegratorForecast f;
+  f.limit = time_step_limit(settings, scene.grid.cell_size, bounds, collider_speed(scene.grid, scene.colliders, 0.0, 0.0));
+  f.n_steps = std::max(1.0, std::ceil(settings.end_time / f.limit.dt));
+  f.cost = f.n_steps * (kind == IntegratorKind::imex ? imex_step_cost : 1.0);
+  return f;
+}
+
+// Once a material, in the order of bodies.
+template <class Visit>
+void for_each_used(const Scene& scene, Visit visit) {
+  std::set<std::size_t> seen;
+  for (const Body& body : scene.bodies)
+    if (seen.insert(body.material_index).second) visit(scene.materials[body.material_index]);
+}
+
+std::vector<std::string> notes_of(const Scene& scene) {
+  std::vector<std::string> notes, soft;
+  const bool implicit = scene.time_stepping.integrator == IntegratorKind::imex;
+  for_each_used(scene, [&](const NamedMaterial& named) {
+    const auto law = volumetric_law(named.material);
+    if (!law) {
+      notes.push_back(fmt::format(
+          "'{}': the stress of {} has no part that depends on volume alone: with imex it stays explicit, and its "
+          "waves of {:.4g} m/s limit the step",
+          named.name, law_name(named.material), wave_speed_at_rest(named.material)));
+      return;
+    }
+    const auto* solid = std::get_if<FiniteViscoelastic>(&named.material);
+    if (solid && solid->parameters.branch_bulk_modulus > 0.0)
+      notes.push_back(
+          fmt::format("'{}': with imex its branch_bulk_modulus of {:.3g} Pa stays explicit, for it relaxes: waves of {:.4g} "
+                      "m/s limit the "
+                      "step",
+                      named.name, solid->parameters.branch_bulk_modulus,
+                      wave_speed_at_rest(explicit_part(IntegratorKind::imex, named.material))));
+    if (implicit && law->bulk_modulus < true_bulk_modulus) soft.push_back(fmt::format("'{}'", named.name));
+    if (!implicit && law->bulk_modulus > true_bulk_modulus)
+      notes.push_back(fmt::format(
+          "'{}': its bulk_modulus of {:.3g} Pa limits the explicit step; with time.integrator = \"imex\" it does not",
+          named.name, law->bulk_modulus));
+  });
+  if (!soft.empty())
+    notes.push_back(fmt::format(
+        "{}: a bulk_modulus below {:.0e} Pa is softer than that of liquids and compact solids; with imex the true "
+        "one needs no smaller step",
+        fmt::join(soft, ", "), true_bulk_modulus));
+  return notes;
+}
+
+}  // namespace
+
+Material explicit_part(IntegratorKind kind, const Material& material) {
+  return kind == IntegratorKind::imex && volumetric_law(material) ? without_volumetric_law(material) : material;
+}
+
+IntegratorChoice compare_integrators(const Scene& scene, const std::vector<BodyForecast>& bodies) {
+  IntegratorChoice choice;
+  choice.explicit_step = forecast_with(IntegratorKind::explicit_step, scene, bodies);
+  choice.imex = forecast_with(IntegratorKind::imex, scene, bodies);
+  choice.notes = notes_of(scene);
+  const double ratio = choice.explicit_step.n_steps / choice.imex.n_steps;
+  if (choice.imex.cost < choice.explicit_step.cost) {
+    choice.cheaper = IntegratorKind::imex;
+    choice.reason =
+        fmt::format("its steps are {:.3g} times as long, and each costs about {:g} explicit ones", ratio, imex_step_cost);
+  } else {
+    choice.reason = fmt::format("steps of imex are {:.3g} times as long, less than the {:g} explicit ones that each costs",
+                                ratio, imex_step_cost);
+  }
+  return choice;
+}
+
+}  // namespace bulkley

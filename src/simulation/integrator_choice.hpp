@@ -1,0 +1,36 @@
+#pragma once
+// What either integrator would need for a scene, and which is cheaper: `bulkley check`.
+
+#include <string>
+#include <vector>
+
+#include "scene/scene.hpp"
+
+namespace bulkley {
+
+struct BodyForecast;
+
+/// What a step of imex costs, in explicit steps, as it was measured: 4 to 6 (docs/theory.md, "Implicit pressure").
+inline constexpr double imex_step_cost = 5.0;
+
+/// A run with one integrator, once the bodies move at their speeds U and shear at U / L; impacts may shorten steps.
+struct IntegratorForecast {
+  TimeStepLimit limit{};
+  double n_steps = 0.0;
+  double cost = 0.0;  ///< of the run, in explicit steps
+};
+
+struct IntegratorChoice {
+  IntegratorForecast explicit_step, imex;
+  IntegratorKind cheaper = IntegratorKind::explicit_step;
+  std::string reason;              ///< why that one
+  std::vector<std::string> notes;  ///< materials that stay explicit, and moduli that do not suit the scene's integrator
+};
+
+/// What of a material `kind` integrates explicitly: its waves limit the step. Not collective.
+Material explicit_part(IntegratorKind kind, const Material& material);
+
+/// `bodies`: of the scene, in their order. Not collective.
+IntegratorChoice compare_integrators(const Scene& scene, const std::vector<BodyForecast>& bodies);
+
+}  // namespace bulkley
