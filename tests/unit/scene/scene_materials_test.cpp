@@ -323,6 +323,17 @@ TEST(SceneMaterials, AnInternalVariableThatNoLawHasIsRefused) {
             "thixotropic fluid, 0 broken down, 1 built up)");
 }
 
+TEST(SceneMaterials, FramesHoldTheCellMeanStressOfAnImplicitPressureWhereItIsListed) {
+  const std::string listed = "[output]\nfields = [\"cell_mean_stress\"]\n";
+  const std::vector<std::string> imex{"time.integrator=imex"};
+  EXPECT_EQ(parse_scene(small_scene + listed, "s.toml", imex).output.fields, std::vector<std::string>{"cell_mean_stress"});
+  const Scene unlisted = parse_scene(small_scene, "s.toml", imex);
+  EXPECT_EQ(std::ranges::count(unlisted.output.fields, "cell_mean_stress"), 0);
+  EXPECT_NE(faults_of(small_scene + listed)
+                .find("'output.fields' names 'cell_mean_stress', which needs time.integrator = \"imex\""),
+            std::string::npos);
+}
+
 TEST(SceneMaterials, AtMost255) {
   std::string text = small_scene;
   for (int m = 1; m < 255; ++m) text += "[materials.m" + std::to_string(m) + "]\npreset = \"pie\"\n";
