@@ -143,8 +143,8 @@ Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks) {
     f.n_frames = 1 + static_cast<GlobalIndex>(scene.time_stepping.end_time / scene.output.frame_interval * (1.0 + 1e-12));
   }
 
-  f.limit = time_step_limit(scene.time_stepping, scene.grid.cell_size, start,
-                            collider_speed(scene.grid, scene.colliders, 0.0, 0.0));
+  f.limit = time_step_limit(limited_by_fall(scene.time_stepping, scene.grid.cell_size, scene.gravity.norm()),
+                            scene.grid.cell_size, start, collider_speed(scene.grid, scene.colliders, 0.0, 0.0));
   double dt = f.limit.dt;
   if (scene.time_stepping.mode == TimeStepMode::fixed) {
     const std::string fault = fixed_step_fault(scene.time_stepping, scene.grid.cell_size, start);
@@ -155,6 +155,9 @@ Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks) {
   }
   f.n_steps = std::max(1.0, std::ceil(scene.time_stepping.end_time / dt));
   if (scene.time_stepping.mode == TimeStepMode::adaptive) f.choice = compare_integrators(scene, f.bodies);
+  // An implicit step is short once the material moves.
+  if (f.choice && scene.time_stepping.integrator == IntegratorKind::imex)
+    f.n_steps = std::max(f.n_steps, f.choice->imex.n_steps);
   if (f.n_steps > many_steps)
     f.warnings.push_back(fmt::format(
         "the run needs about {:.2g} steps (more than {:.0g}), because the stiffest material has a wave speed of "

@@ -19,6 +19,7 @@ constexpr double true_bulk_modulus = 1e8;  // Pa
 IntegratorForecast forecast_with(IntegratorKind kind, const Scene& scene, const std::vector<BodyForecast>& bodies) {
   TimeStepSettings settings = scene.time_stepping;
   settings.integrator = kind;
+  settings = limited_by_fall(settings, scene.grid.cell_size, scene.gravity.norm());
   StepBounds bounds;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     const Material& material = scene.materials[scene.bodies[b].material_index].material;

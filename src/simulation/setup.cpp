@@ -20,6 +20,7 @@ Physics physics_of(const Scene& scene) {
   for (Collider& collider : colliders) collider.shape = sampled_for_contact(collider.shape, scene.grid.cell_size);
   Physics physics{scene.grid,  scene.transfer, scene.time_stepping,      scene.gravity,      scene.materials,
                   scene.faces, colliders,      scene.acceleration_field, scene.output.gauges};
+  physics.time_stepping = limited_by_fall(scene.time_stepping, scene.grid.cell_size, scene.gravity.norm());
   if (scene.time_stepping.integrator == IntegratorKind::imex)
     for (NamedMaterial& named : physics.materials) {
       physics.volumetric_laws.push_back(volumetric_law(named.material));

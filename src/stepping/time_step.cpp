@@ -52,6 +52,14 @@ const char* name(Limiter limiter) {
   return "unknown";
 }
 
+TimeStepSettings limited_by_fall(const TimeStepSettings& settings, double cell_size, double gravity) {
+  TimeStepSettings limited = settings;
+  if (settings.integrator != IntegratorKind::imex || gravity == 0.0) return limited;
+  const double fall = std::sqrt(2.0 * settings.cfl * cell_size / gravity);
+  limited.dt_max = settings.dt_max > 0.0 ? std::min(settings.dt_max, fall) : fall;
+  return limited;
+}
+
 TimeStepLimit time_step_limit(const TimeStepSettings& settings, double cell_size, const StepBounds& bounds,
                               double collider_speed) {
   TimeStepLimit limit{std::numeric_limits<double>::infinity(), Limiter::largest, -1};

@@ -81,6 +81,10 @@ struct TimeStepPlan {
   bool full;       ///< not clipped
 };
 
+/// With an implicit pressure `settings` of which no step is longer than a fall from rest through cfl dx: an inviscid fluid at
+/// rest has no other limit. Otherwise `settings`. `gravity`: m/s^2, >= 0. Not collective.
+TimeStepSettings limited_by_fall(const TimeStepSettings& settings, double cell_size, double gravity);
+
 /// (T26): min(beta dx / v_max, the same of `collider_speed`, m/s, alpha dx / c_max, viscous_cfl dx^2 / (6 nu_max), 0.8 theta
 /// / ||L||_max of the last step, dt_max). Not collective.
 TimeStepLimit time_step_limit(const TimeStepSettings& settings, double cell_size, const StepBounds& bounds,

@@ -85,6 +85,17 @@ TEST(TimeStep, TheSmallestOfTheLimitsCountsAndNamesItsParticle) {
   }
 }
 
+TEST(TimeStep, AFallFromRestLimitsAnImplicitStep) {
+  TimeStepSettings settings;
+  EXPECT_EQ(limited_by_fall(settings, 0.01, 10.0).dt_max, 0.0) << "explicit";
+  settings.integrator = IntegratorKind::imex;
+  settings.cfl = 0.5;
+  EXPECT_EQ(limited_by_fall(settings, 0.01, 0.0).dt_max, 0.0) << "no gravity";
+  EXPECT_DOUBLE_EQ(limited_by_fall(settings, 0.01, 10.0).dt_max, std::sqrt(1e-3));
+  settings.dt_max = 1e-3;
+  EXPECT_EQ(limited_by_fall(settings, 0.01, 10.0).dt_max, 1e-3) << "the user's is smaller";
+}
+
 TEST(TimeStep, WithoutAnyLimitTheUserIsAsked) {
   TimeStepSettings settings;
   TimeStepState state;
