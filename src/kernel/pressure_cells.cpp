@@ -202,7 +202,7 @@ void update_volumes(const VolumetricLaws& laws, const VolumeUpdate& update, std:
     const double stress = dilation / compliance;  // by which that of every particle grows
     for (const LocalIndex p : members) J[p] = update.before[p] + stress / laws[material[p]]->slope(update.before[p]);
   }
-  if (update.relaxation == 0.0) return;
+  if (parted || update.relaxation == 0.0) return;
   // Each material once, at its first particle.
   for (std::size_t first = 0; first < members.size(); ++first) {
     const std::uint8_t m = material[members[first]];

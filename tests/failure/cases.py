@@ -235,6 +235,15 @@ particles_per_cell = 8
     Case("time_step_too_small", FAILED, r"the elastic limit of .* s \(particle \d+\) is below the smallest time step of 0\.0005 s: "
          r"particle \d+ of material 'fluid' at \(.*\) m .*; see what drives it there.*saved in out/failure_000000001\.h5",
          replace={"end = 0.01": "end = 0.01\ndt_min = 5e-4"}),
+    Case("pressure_not_found", FAILED, r"the pressure of a step of 0\.002 s is not found in 2 iterations.*; choose a smaller time\.dt",
+         replace={"end = 0.01": 'end = 0.1\nintegrator = "imex"\nmode = "fixed"\ndt = 0.002\nallow_unstable = true\n'
+                                'pressure = { max_iterations = 2, tolerance = 1e-9 }'}),
+    Case("pressure_of_no_step_found", FAILED, r"the time step would fall below its smallest value of .* s: even in that step the pressure "
+         r"is not found in 2 iterations",
+         replace={"end = 0.01": 'end = 0.1\nintegrator = "imex"\ndt_min = 1e-4\n'
+                                'pressure = { max_iterations = 2, tolerance = 1e-9 }'}),
+    Case("pressure_without_imex", USAGE, r"scene\.toml:11:1: 'time\.pressure' is given but applies only with integrator = ",
+         replace={"end = 0.01": "end = 0.01\npressure = { tolerance = 1e-4 }"}),
     Case("info_of_what_was_around", 0, r"frame 0 of step 1, .*\n912 particles(.|\n)*checksums are right", prepare=escape, arguments=["info", "out/failure_000000001.h5"],
          replace={"velocity = [0.0, 0.0, -1.0]": "velocity = [20.0, 0.0, 0.0]",
                   "end = 0.01": 'end = 0.01\nmode = "fixed"\ndt = 0.05\nallow_unstable = true'},
