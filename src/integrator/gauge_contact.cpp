@@ -159,9 +159,7 @@ void GaugeContact::before_later_fold(const Node* impulses) {
     const Vec3 impulse = vector_of(copy_[static_cast<std::size_t>(image.behind)]);
     behind_[k].impulse += impulse;
     behind_[k].momentum += impulse;
-    Node& front = copy_[static_cast<std::size_t>(image.front)];
-    for (int a = 0; a < 3; ++a) front.c[a] += image.sign[a] * impulse[a];
-    copy_[static_cast<std::size_t>(image.behind)] = Node{};
+    fold_impulses({&image, 1}, copy_.data());
   }
 }
 

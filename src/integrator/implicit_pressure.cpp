@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "parallel/reproducible_sum.hpp"
 
@@ -151,13 +150,13 @@ void ImplicitPressure::gradients_of(std::vector<double>& p, bool rounded) {
 }
 
 // Of a block of cells, zeta dt^2 / (rho dx^2): the compliance, per volume, against pressures that differ within it.
-double ImplicitPressure::stiffness_of_block(LocalIndex own, double dt) const {
+double ImplicitPressure::compliance_of_block(LocalIndex own, double dt) const {
   const double dx = parts_.physics.grid.cell_size;
   const auto b = static_cast<std::size_t>(block_of_[static_cast<std::size_t>(own)]);
   return parts_.physics.time_stepping.pressure.stabilisation * dt * dt * block_volume_[b] / (block_mass_[b] * dx * dx);
 }
 
-// product_ = (A + dt^2 B P M^-1 P^T B^T + Z) p, 0 where the material has parted.
+// product_ = (A + dt^2 B P M^-1 P^T B^T + Z) p of this rank's cells.
 void ImplicitPressure::multiply(double dt, std::vector<double>& p) {
   gradients_of(p, true);
   contact_.spread(scale_.data(), grid_->complete_nodes(), impulses_.data());
@@ -167,7 +166,7 @@ void ImplicitPressure::multiply(double dt, std::vector<double>& p) {
   for (std::size_t k = 0; k < own_.size(); ++k) {
     const auto c = static_cast<std::size_t>(own_[k]), b = static_cast<std::size_t>(block_of_[k]);
     const double deviation = p[c] - block_sum_[b] / block_volume_[b];
-    const double z = stiffness_of_block(static_cast<LocalIndex>(k), dt) * cells_[k].volume * deviation;
+    const double z = compliance_of_block(static_cast<LocalIndex>(k), dt) * cells_[k].volume * deviation;
     product_[c] = (cells_[k].compliance * p[c] + dt * dt * rounded_volume_rate(rows_, own_[k], impulses_.data())) + z;
   }
 }
@@ -197,7 +196,7 @@ void ImplicitPressure::set_diagonal(double dt) {
       sum += (s[0] * (B[0] * B[0]) + s[1] * (B[1] * B[1])) + s[2] * (B[2] * B[2]);
     }
     const double z =
-        stiffness_of_block(static_cast<LocalIndex>(k), dt) * cells_[k].volume * (1.0 - cells_[k].volume / block_volume_[b]);
+        compliance_of_block(static_cast<LocalIndex>(k), dt) * cells_[k].volume * (1.0 - cells_[k].volume / block_volume_[b]);
     inverse_diagonal_[c] = 1.0 / (cells_[k].compliance + dt * dt * sum + z);
   }
 }

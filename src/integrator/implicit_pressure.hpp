@@ -43,7 +43,7 @@ class ImplicitPressure {
   bool revise(double dt, bool rounded);
   bool revise_parted(double dt);
   void add_impulses(const GridUpdate& update, Node* nodes, Node* change);
-  double stiffness_of_block(LocalIndex own, double dt) const;
+  double compliance_of_block(LocalIndex own, double dt) const;
   double speed_scale(double dt) const;
 
   StepParts& parts_;

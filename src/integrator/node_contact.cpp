@@ -50,11 +50,7 @@ void NodeContact::apply(double time, const GridUpdate& update, Node* nodes, Node
 
 void NodeContact::fold_later(Node* impulses) {
   gauges_.before_later_fold(impulses);
-  for (const NodeImage& image : images_)
-    for (int a = 0; a < 3; ++a) {
-      impulses[image.front].c[a] += image.sign[a] * impulses[image.behind].c[a];
-      impulses[image.behind].c[a] = 0.0;
-    }
+  fold_impulses(images_, impulses);
 }
 
 double NodeContact::collider_speed(double first, double last) const {

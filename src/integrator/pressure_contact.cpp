@@ -1,10 +1,7 @@
 #include "integrator/pressure_contact.hpp"
 
 #include <algorithm>
-#include <numeric>
 #include <ranges>
-
-#include "kernel/grid_update.hpp"
 
 namespace bulkley {
 
@@ -86,14 +83,6 @@ void PressureContact::hold(Node* velocity) const {
     set_vector_of(node, held.projection * vector_of(node) + held.offset);
   }
   unfold_images(images_, velocity, nullptr);
-}
-
-void PressureContact::fold(Node* impulses) const {
-  for (const NodeImage& image : images_)
-    for (int a = 0; a < 3; ++a) {
-      impulses[image.front].c[a] += image.sign[a] * impulses[image.behind].c[a];
-      impulses[image.behind].c[a] = 0.0;
-    }
 }
 
 void PressureContact::spread(const double* scale, std::span<const LocalIndex> nodes, Node* impulses) const {

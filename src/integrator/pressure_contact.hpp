@@ -9,6 +9,7 @@
 
 #include "distribution/cell_grid.hpp"
 #include "integrator/physics.hpp"
+#include "kernel/grid_update.hpp"
 
 namespace bulkley {
 
@@ -33,7 +34,7 @@ class PressureContact {
   void weaken(Node* scales) const;
 
   /// Impulses of nodes behind walls -> their images. Not collective.
-  void fold(Node* impulses) const;
+  void fold(Node* impulses) const { fold_impulses(images_, impulses); }
   /// Lifts separating constraints that would pull, and puts in force those that `free` velocities, in which no constraint has its
   /// effect, would penetrate. `tolerance`: of speed, m/s. Returns whether any changed. Not collective.
   bool revise(const double* scale, const Node* free, double tolerance);

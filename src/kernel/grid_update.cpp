@@ -51,6 +51,14 @@ void fold_images(const GridUpdate& update, std::span<const NodeImage> images, No
   }
 }
 
+void fold_impulses(std::span<const NodeImage> images, Node* impulses) {
+  for (const NodeImage& image : images)
+    for (int a = 0; a < 3; ++a) {
+      impulses[image.front].c[a] += image.sign[a] * impulses[image.behind].c[a];
+      impulses[image.behind].c[a] = 0.0;
+    }
+}
+
 void unfold_images(std::span<const NodeImage> images, Node* nodes, Node* change) {
   for (const NodeImage& image : std::views::reverse(images))
     for (int a = 0; a < 3; ++a) {

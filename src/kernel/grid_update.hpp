@@ -34,6 +34,9 @@ void grid_update(const GridUpdate& update, std::span<const LocalIndex> active, N
 /// images would have it; nothing stays behind. With `impulse` (dt f apart): that too. Before grid_update. Not collective.
 void fold_images(const GridUpdate& update, std::span<const NodeImage> images, Node* nodes, Node* impulse);
 
+/// Impulses that have no part in gravity's, of nodes behind walls -> added to their images; none stay behind. Not collective.
+void fold_impulses(std::span<const NodeImage> images, Node* impulses);
+
 /// The velocities of the nodes behind walls from those in front, and their `change` where given. After apply_constraints.
 /// Not collective.
 void unfold_images(std::span<const NodeImage> images, Node* nodes, Node* change);
