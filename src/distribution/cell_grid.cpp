@@ -12,14 +12,19 @@ namespace {
 
 constexpr int tag = 5;
 
-// Node a of the stencil of the cell at `place` of a tile: which of the tiles at {0, 1}^3 above it, and the place there.
-struct StencilNode {
-  std::uint8_t above, place;
+// The stencil of a cell by its place in a tile. Tiles at {0, 1}^3 above that one are numbered 0 to 7, z fastest.
+template <int s>
+struct Stencil {
+  std::array<std::uint64_t, 8> nodes{};  // a bit for each node, by tile above
+  struct Row {
+    std::uint8_t above, place;
+  };
+  std::array<Row, s * s> rows{};  // where its rows along z begin
 };
 
 template <int s>
 constexpr auto make_stencils() {
-  std::array<std::array<StencilNode, s * s * s>, tile_nodes> table{};
+  std::array<Stencil<s>, tile_nodes> table{};
   for (int place = 0; place < tile_nodes; ++place)
     for (int a = 0; a < s * s * s; ++a) {
       const int at[3] = {place / 16 + a / (s * s), place / 4 % 4 + a / s % s, place % 4 + a % s};
@@ -28,18 +33,31 @@ constexpr auto make_stencils() {
         above = 2 * above + i / tile_width;
         in_tile = tile_width * in_tile + i % tile_width;
       }
-      table[static_cast<std::size_t>(place)][static_cast<std::size_t>(a)] = {static_cast<std::uint8_t>(above),
-                                                                             static_cast<std::uint8_t>(in_tile)};
+      Stencil<s>& stencil = table[static_cast<std::size_t>(place)];
+      stencil.nodes[static_cast<std::size_t>(above)] |= std::uint64_t{1} << in_tile;
+      if (a % s == 0)
+        stencil.rows[static_cast<std::size_t>(a / s)] = {static_cast<std::uint8_t>(above),
+                                                         static_cast<std::uint8_t>(in_tile)};
     }
   return table;
 }
 constexpr auto stencils_3 = make_stencils<3>();
 constexpr auto stencils_4 = make_stencils<4>();
 
-std::span<const StencilNode> stencil_of(SplineOrder order, int place) {
+const std::array<std::uint64_t, 8>& nodes_of_stencil(SplineOrder order, int place) {
   const auto p = static_cast<std::size_t>(place);
-  return order == SplineOrder::quadratic ? std::span<const StencilNode>(stencils_3[p])
-                                         : std::span<const StencilNode>(stencils_4[p]);
+  return order == SplineOrder::quadratic ? stencils_3[p].nodes : stencils_4[p].nodes;
+}
+
+// -1 where it is not.
+LocalIndex place_in(const std::vector<TileIndex>& ascending, TileIndex tile) {
+  const auto found = std::lower_bound(ascending.begin(), ascending.end(), tile);
+  return found != ascending.end() && *found == tile ? static_cast<LocalIndex>(found - ascending.begin()) : -1;
+}
+
+void make_set(std::vector<TileIndex>& tiles) {
+  std::sort(tiles.begin(), tiles.end());
+  tiles.erase(std::unique(tiles.begin(), tiles.end()), tiles.end());
 }
 
 Int3 in_tile(const Int3& tile, int place) {
@@ -53,20 +71,18 @@ CellGrid::CellGrid(const Comm& comm, const ParticleGrid& particles, const Faces&
   n_own_ids_ = static_cast<LocalIndex>(tiles_.size()) * tile_nodes;
   collective_guard(comm, [&] { find_nodes(particles, faces); });
   ask_for_cells(comm, particles);
-  for (const TileIndex tile : tiles_) above_.push_back(node_tiles_above(grid_.tile_coordinates(tile)));
   sort_cells();
+  number_nodes();
 }
 
-LocalIndex CellGrid::node_tile(TileIndex tile) const {
-  const auto found = std::lower_bound(node_tiles_.begin(), node_tiles_.end(), tile);
-  return found != node_tiles_.end() && *found == tile ? static_cast<LocalIndex>(found - node_tiles_.begin()) : -1;
-}
+LocalIndex CellGrid::node_tile(TileIndex tile) const { return place_in(node_tiles_, tile); }
 
-std::array<LocalIndex, 8> CellGrid::node_tiles_above(const Int3& tile) const {
+// Their places in `tiles`, which ascend; -1 for those that are not among them.
+std::array<LocalIndex, 8> CellGrid::tiles_above(TileIndex tile, const std::vector<TileIndex>& tiles) const {
   std::array<LocalIndex, 8> above;
   for (int b = 0; b < 8; ++b) {
-    const TileIndex there = grid_.neighbour(tile, {b / 4, b / 2 % 2, b % 2});
-    above[static_cast<std::size_t>(b)] = there < 0 ? -1 : node_tile(there);
+    const TileIndex there = grid_.neighbour(grid_.tile_coordinates(tile), {b / 4, b / 2 % 2, b % 2});
+    above[static_cast<std::size_t>(b)] = there < 0 ? -1 : place_in(tiles, there);
   }
   return above;
 }
@@ -98,8 +114,7 @@ void CellGrid::find_nodes(const ParticleGrid& particles, const Faces& faces) {
   };
   std::vector<TileIndex> reached = tiles_;
   for (const Int3& node : active) reached.push_back(grid_.tile_of_node(node));
-  std::sort(reached.begin(), reached.end());
-  reached.erase(std::unique(reached.begin(), reached.end()), reached.end());
+  make_set(reached);
   for (const TileIndex tile : reached) add_tiles_above(tile);
   // A node behind an upper wall may be in the tile after that of its image.
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -112,8 +127,7 @@ void CellGrid::find_nodes(const ParticleGrid& particles, const Faces& faces) {
       node_tiles_.push_back(grid_.tile_index(tile));
     }
   }
-  std::sort(node_tiles_.begin(), node_tiles_.end());
-  node_tiles_.erase(std::unique(node_tiles_.begin(), node_tiles_.end()), node_tiles_.end());
+  make_set(node_tiles_);
   needed_.assign(node_tiles_.size(), 0);
 
   const std::span<const LocalIndex> places = particles.exchange().active_nodes();
@@ -155,7 +169,7 @@ void CellGrid::add_images(const Faces& faces) {
     const auto axis = static_cast<std::size_t>(f / 2);
     const int wall = grid_.node_offset(f / 2) + (f % 2 == 0 ? 0 : grid_.n_cells[axis]);
     const int inwards = f % 2 == 0 ? 1 : -1;
-    for (LocalIndex node = 0; node < n_nodes(); ++node) {
+    for (LocalIndex node = 0; node < static_cast<LocalIndex>(node_tiles_.size()) * tile_nodes; ++node) {
       if (!(needed_[static_cast<std::size_t>(node / tile_nodes)] >> (node % tile_nodes) & 1)) continue;
       Int3 position = node_position(node);
       if (position[axis] != wall + inwards) continue;
@@ -165,12 +179,18 @@ void CellGrid::add_images(const Faces& faces) {
   }
 }
 
-bool CellGrid::reaches_complete_node(const Int3& tile, int place) const {
-  const std::array<LocalIndex, 8> above = node_tiles_above(tile);
-  for (const StencilNode node : stencil_of(grid_.order, place))
-    if (const LocalIndex t = above[node.above]; t >= 0 && (needed_[static_cast<std::size_t>(t)] >> node.place & 1))
-      return true;
-  return false;
+// Of the cells of a tile, a bit for each that reaches a complete node.
+std::uint64_t CellGrid::cells_at_complete_nodes(TileIndex tile) const {
+  const std::array<LocalIndex, 8> above = tiles_above(tile, node_tiles_);
+  std::uint64_t mask = 0;
+  for (int place = 0; place < tile_nodes; ++place) {
+    const std::array<std::uint64_t, 8>& nodes = nodes_of_stencil(grid_.order, place);
+    bool reaches = false;
+    for (std::size_t b = 0; b < 8; ++b)
+      reaches = reaches || (above[b] >= 0 && (nodes[b] & needed_[static_cast<std::size_t>(above[b])]));
+    mask |= std::uint64_t{reaches} << place;
+  }
+  return mask;
 }
 
 // Owners of tiles learn which of their cells others want, as tile and mask, and answer where the tile is in their pool.
@@ -188,12 +208,9 @@ void CellGrid::ask_for_cells(const Comm& comm, const ParticleGrid& particles) {
         const TileIndex there = grid_.neighbour(grid_.tile_coordinates(tile), {-(b / 4), -(b / 2 % 2), -(b % 2)});
         if (there >= 0 && particles.partition().map.owner(there) != comm.rank()) below.push_back(there);
       }
-    std::sort(below.begin(), below.end());
-    below.erase(std::unique(below.begin(), below.end()), below.end());
+    make_set(below);
     for (const TileIndex tile : below) {
-      Wish wish{particles.partition().map.owner(tile), tile, 0};
-      for (int place = 0; place < tile_nodes; ++place)
-        if (reaches_complete_node(grid_.tile_coordinates(tile), place)) wish.mask |= std::uint64_t{1} << place;
+      const Wish wish{particles.partition().map.owner(tile), tile, cells_at_complete_nodes(tile)};
       if (wish.mask != 0) wishes.push_back(wish);
     }
     std::stable_sort(wishes.begin(), wishes.end(), [](const Wish& a, const Wish& b) { return a.rank < b.rank; });
@@ -256,26 +273,107 @@ void CellGrid::sort_cells() {
   for (const Place& place : places) order_.push_back(place.id);
 }
 
-void CellGrid::stencil(LocalIndex id, LocalIndex* nodes) const {
-  const std::array<LocalIndex, 8>& above = above_[static_cast<std::size_t>(id / tile_nodes)];
-  for (const StencilNode node : stencil_of(grid_.order, id % tile_nodes)) {
-    const LocalIndex tile = above[node.above];
-    *nodes++ = tile < 0 ? n_nodes() : tile * tile_nodes + node.place;
+// So far nodes go by tile and place. From here on they go by numbers that follow each other along z.
+void CellGrid::number_nodes() {
+  std::vector<TileIndex> tiles = node_tiles_;
+  for (const TileIndex tile : tiles_)
+    for (int b = 0; b < 8; ++b)
+      if (const TileIndex there = grid_.neighbour(grid_.tile_coordinates(tile), {b / 4, b / 2 % 2, b % 2}); there >= 0)
+        tiles.push_back(there);
+  make_set(tiles);
+  std::vector<std::uint64_t> reached(tiles.size(), 0);
+  for (std::size_t t = 0; t < node_tiles_.size(); ++t)
+    reached[static_cast<std::size_t>(place_in(tiles, node_tiles_[t]))] = needed_[t];
+  std::vector<std::array<LocalIndex, 8>> above;
+  for (const TileIndex tile : tiles_) above.push_back(tiles_above(tile, tiles));
+  for (const LocalIndex id : order_) {
+    const std::array<std::uint64_t, 8>& nodes = nodes_of_stencil(grid_.order, id % tile_nodes);
+    for (std::size_t b = 0; b < 8; ++b)
+      if (const LocalIndex tile = above[static_cast<std::size_t>(id / tile_nodes)][b]; tile >= 0)
+        reached[static_cast<std::size_t>(tile)] |= nodes[b];
   }
+  const std::vector<LocalIndex> numbers = number_columns(tiles, reached);
+  find_rows(above, numbers);
+  const auto number = [&](LocalIndex node) {
+    const LocalIndex tile = place_in(tiles, node_tiles_[static_cast<std::size_t>(node / tile_nodes)]);
+    return numbers[static_cast<std::size_t>(tile * tile_nodes + node % tile_nodes)];
+  };
+  for (LocalIndex& node : complete_) node = number(node);
+  for (std::vector<Copy>* copies : {&owned_, &in_pool_})
+    for (Copy& copy : *copies) copy.node = number(copy.node);
+}
+
+// Numbers of the `reached` nodes of `tiles`, column after column, by tile and place; -1 for others. Around a periodic z axis a
+// column ends with repetitions of its first nodes, so that rows of stencils that cross the end are in one piece.
+std::vector<LocalIndex> CellGrid::number_columns(const std::vector<TileIndex>& tiles,
+                                                 const std::vector<std::uint64_t>& reached) {
+  constexpr int n_columns = tile_width * tile_width;
+  std::vector<LocalIndex> numbers(tiles.size() * tile_nodes, -1);
+  const TileIndex nz = grid_.n_tiles(2);
+  for (std::size_t first = 0, end = 0; first < tiles.size(); first = end) {
+    while (end < tiles.size() && tiles[end] / nz == tiles[first] / nz) ++end;
+    const bool closes = grid_.periodic[2] && tiles[first] % nz == 0 && tiles[end - 1] % nz == nz - 1;
+    for (int column = 0; column < n_columns; ++column) {
+      for (std::size_t t = first; t < end; ++t)
+        for (int place = column * tile_width; place < (column + 1) * tile_width; ++place)
+          if (reached[t] >> place & 1) numbers[t * tile_nodes + static_cast<std::size_t>(place)] = n_nodes_++;
+      if (!closes || numbers[(end - 1) * tile_nodes + static_cast<std::size_t>((column + 1) * tile_width - 1)] < 0) continue;
+      for (int k = 0; k + 1 < stencil_width(grid_.order); ++k) {
+        const LocalIndex node = numbers[first * tile_nodes + static_cast<std::size_t>(column * tile_width + k)];
+        if (node < 0) break;
+        repeated_.push_back({n_nodes_++, node});
+      }
+    }
+  }
+  return numbers;
+}
+
+// `above`: by tile of cells, places of the tiles of nodes above it among those that `numbers` are of.
+void CellGrid::find_rows(const std::vector<std::array<LocalIndex, 8>>& above, const std::vector<LocalIndex>& numbers) {
+  const auto find = [&](const auto& stencils) {
+    rows_.assign(tiles_.size() * tile_nodes * stencils[0].rows.size(), -1);
+    for (const LocalIndex id : order_) {
+      const auto& rows = stencils[static_cast<std::size_t>(id % tile_nodes)].rows;
+      LocalIndex* const first = rows_.data() + static_cast<std::size_t>(id) * rows.size();
+      for (std::size_t r = 0; r < rows.size(); ++r)
+        if (const LocalIndex tile = above[static_cast<std::size_t>(id / tile_nodes)][rows[r].above]; tile >= 0)
+          first[r] = numbers[static_cast<std::size_t>(tile * tile_nodes + rows[r].place)];
+    }
+  };
+  if (grid_.order == SplineOrder::quadratic)
+    find(stencils_3);
+  else
+    find(stencils_4);
+}
+
+std::span<const LocalIndex> CellGrid::rows(LocalIndex id) const {
+  const auto s = static_cast<std::size_t>(stencil_width(grid_.order));
+  return {rows_.data() + static_cast<std::size_t>(id) * s * s, s * s};
+}
+
+void CellGrid::fold_repeated(Node* sums) const {
+  for (const Copy& copy : repeated_)
+    for (int a = 0; a < 3; ++a) sums[copy.other].c[a] += sums[copy.node].c[a];
+}
+
+void CellGrid::repeat(Node* nodes) const {
+  for (const Copy& copy : repeated_) nodes[copy.node] = nodes[copy.other];
 }
 
 std::vector<Int3> CellGrid::complete_positions() const {
   std::vector<Int3> positions;
   positions.reserve(complete_.size());
-  for (const LocalIndex node : complete_) positions.push_back(node_position(node));
+  for (std::size_t t = 0; t < needed_.size(); ++t)
+    for (int place = 0; place < tile_nodes; ++place)
+      if (needed_[t] >> place & 1) positions.push_back(in_tile(grid_.tile_coordinates(node_tiles_[t]), place));
   return positions;
 }
 
 std::size_t CellGrid::memory() const {
-  std::size_t total = tiles_.capacity() * sizeof(TileIndex) + above_.capacity() * sizeof above_[0] +
-                      node_tiles_.capacity() * sizeof(TileIndex) + needed_.capacity() * sizeof(std::uint64_t) +
-                      (order_.capacity() + complete_.capacity()) * sizeof(LocalIndex) +
-                      (owned_.capacity() + in_pool_.capacity()) * sizeof(Copy);
+  std::size_t total = (tiles_.capacity() + node_tiles_.capacity()) * sizeof(TileIndex) +
+                      needed_.capacity() * sizeof(std::uint64_t) +
+                      (order_.capacity() + complete_.capacity() + rows_.capacity()) * sizeof(LocalIndex) +
+                      (owned_.capacity() + in_pool_.capacity() + repeated_.capacity()) * sizeof(Copy);
   for (const Neighbour& known : neighbours_)
     total += (known.wanted.capacity() + known.received.capacity()) * sizeof(LocalIndex);
   return total;

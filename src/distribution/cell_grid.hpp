@@ -11,7 +11,7 @@
 namespace bulkley {
 
 /// Cells go by an id: 64 times the number of their tile here plus their place in it; the tiles of the pool come first, so that
-/// the ids of this rank's cells are the entries of CellMap::cell. Nodes likewise, with tiles of nodes of their own.
+/// the ids of this rank's cells are the entries of CellMap::cell. Nodes go by numbers that follow each other along z.
 class CellGrid {
  public:
   /// Asks the owners of cells that reach a node that this rank's cells reach, or that it owns, or a node behind a wall of `faces`
@@ -20,13 +20,17 @@ class CellGrid {
 
   LocalIndex n_own_ids() const { return n_own_ids_; }
   LocalIndex n_ids() const { return static_cast<LocalIndex>(tiles_.size()) * tile_nodes; }
-  LocalIndex n_nodes() const { return static_cast<LocalIndex>(node_tiles_.size()) * tile_nodes; }
+  LocalIndex n_nodes() const { return n_nodes_; }
   /// The ids of all cells here in the order of their places in the grid, z fastest.
   std::span<const LocalIndex> order() const { return order_; }
 
-  /// Numbers of the nodes of a cell's stencil, z fastest; n_nodes() for nodes that nothing here needs. `nodes`:
-  /// stencil_width^3. Not collective.
-  void stencil(LocalIndex id, LocalIndex* nodes) const;
+  /// Where the rows of a cell's stencil along z begin, y fastest: numbers of nodes, of which each row has stencil_width that
+  /// follow each other. Not collective.
+  std::span<const LocalIndex> rows(LocalIndex id) const;
+  /// Some nodes around a periodic z axis have two numbers. What sums have got under the second goes to the first. Not collective.
+  void fold_repeated(Node* sums) const;
+  /// Under the second number as under the first. Not collective.
+  void repeat(Node* nodes) const;
 
   /// Nodes that all cells are known of: the only ones where sums over cells are right.
   std::span<const LocalIndex> complete_nodes() const { return complete_; }
@@ -56,17 +60,20 @@ class CellGrid {
   LocalIndex node_number(const Int3& node) const;
   Int3 node_position(LocalIndex node) const;
   bool need(LocalIndex node);
-  bool reaches_complete_node(const Int3& tile, int place) const;
-  std::array<LocalIndex, 8> node_tiles_above(const Int3& tile) const;
+  std::uint64_t cells_at_complete_nodes(TileIndex tile) const;
+  std::array<LocalIndex, 8> tiles_above(TileIndex tile, const std::vector<TileIndex>& tiles) const;
+  void number_nodes();
+  std::vector<LocalIndex> number_columns(const std::vector<TileIndex>& tiles, const std::vector<std::uint64_t>& reached);
+  void find_rows(const std::vector<std::array<LocalIndex, 8>>& above, const std::vector<LocalIndex>& numbers);
 
   GridGeometry grid_;
-  LocalIndex n_own_ids_ = 0;
-  std::vector<TileIndex> tiles_;                  ///< of cells: of the pool, then of other ranks
-  std::vector<std::array<LocalIndex, 8>> above_;  ///< by tile of cells: the tiles of nodes it reaches, -1: none
-  std::vector<TileIndex> node_tiles_;             ///< ascending
-  std::vector<std::uint64_t> needed_;             ///< by tile of nodes: a bit for each complete node
+  LocalIndex n_own_ids_ = 0, n_nodes_ = 0;
+  std::vector<TileIndex> tiles_;       ///< of cells: of the pool, then of other ranks
+  std::vector<TileIndex> node_tiles_;  ///< with complete nodes, ascending
+  std::vector<std::uint64_t> needed_;  ///< by tile of nodes: a bit for each complete node
   std::vector<LocalIndex> order_, complete_;
-  std::vector<Copy> owned_, in_pool_;
+  std::vector<LocalIndex> rows_;  ///< stencil_width^2 by id
+  std::vector<Copy> owned_, in_pool_, repeated_;
   std::vector<Neighbour> neighbours_;
 };
 

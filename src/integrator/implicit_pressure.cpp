@@ -29,7 +29,7 @@ void ImplicitPressure::fit() {
   grid_ = std::make_unique<CellGrid>(parts_.comm(), parts_.particles, parts_.physics.faces);
   collective_guard(parts_.comm(), [&] {
     contact_.fit(*grid_);
-    const auto n = static_cast<std::size_t>(grid_->n_nodes()) + 1;
+    const auto n = static_cast<std::size_t>(grid_->n_nodes());
     for (NodeVector* nodes : {&free_, &held_, &impulses_}) nodes->assign(n, Node{});
     scale_.assign(n, 0.0);
     pool_.assign(static_cast<std::size_t>(parts_.particles.layout().n_nodes()), Node{});
@@ -45,7 +45,9 @@ PressureReport ImplicitPressure::apply(double time, const GridUpdate& update, No
   fill_cells();
   parted_.assign(own_.size(), 0);
   fetch_nodes(update, nodes);
-  contact_.begin(time, update.dt, free_.data());
+  gradients_of(pressure_, RowEntries::rounded);
+  find_unheld(update.dt);
+  contact_.begin(time, update.dt, held_.data());
   set_diagonal(update.dt);
   PressureReport report;
   // Rough solutions until walls and free surfaces keep their state, then one that is as good as it has to be.
@@ -58,9 +60,9 @@ PressureReport ImplicitPressure::apply(double time, const GridUpdate& update, No
     }
     ++report.n_rounds;
     const bool last = tolerance == settings.tolerance;
-    const bool changed = revise(update.dt, !last);
+    const bool changed = revise(update.dt, last ? RowEntries::exact : RowEntries::rounded);
     settled = last && (!changed || report.n_rounds >= settings.contact_rounds);
-    if (!changed || report.n_rounds + 1 >= settings.contact_rounds) tolerance = settings.tolerance;
+    tolerance = settings.tolerance;
   }
   add_impulses(update, nodes, change);
   return report;
@@ -79,6 +81,7 @@ void ImplicitPressure::number_cells() {
   number_of_.assign(static_cast<std::size_t>(grid_->n_ids()), -1);
   place_of_.assign(static_cast<std::size_t>(grid_->n_own_ids()), -1);
   own_.clear();
+  others_.clear();
   block_of_.clear();
   LocalIndex n = 0;
   for (const LocalIndex id : grid_->order()) {
@@ -88,21 +91,18 @@ void ImplicitPressure::number_cells() {
       own_.push_back(n);
       const LocalIndex place = id % tile_nodes;
       block_of_.push_back(id / tile_nodes * 8 + place / 32 * 4 + place / 8 % 2 * 2 + place / 2 % 2);
+    } else {
+      others_.push_back(n);
     }
     number_of_[static_cast<std::size_t>(id)] = n++;
   }
   halo_.connect(*grid_, number_of_);
 
-  const int s = stencil_width(parts_.physics.grid.order);
-  rows_.n_stencil = s * s * s;
-  rows_.node.resize(static_cast<std::size_t>(n) * static_cast<std::size_t>(rows_.n_stencil));
-  rows_.gradient.resize(rows_.node.size());
-  LocalIndex* nodes = rows_.node.data();
+  rows_.width = stencil_width(parts_.physics.grid.order);
+  rows_.resize(n);
+  LocalIndex* first = rows_.first.data();
   for (const LocalIndex id : grid_->order())
-    if (counts_[static_cast<std::size_t>(id)] > 0) {
-      grid_->stencil(id, nodes);
-      nodes += rows_.n_stencil;
-    }
+    if (counts_[static_cast<std::size_t>(id)] > 0) first = std::ranges::copy(grid_->rows(id), first).out;
 }
 
 void ImplicitPressure::fill_cells() {
@@ -114,18 +114,20 @@ void ImplicitPressure::fill_cells() {
   for (std::vector<double>* values : {&pressure_, &right_, &residual_, &direction_, &product_, &scaled_, &inverse_diagonal_})
     values->assign(n, 0.0);
   const auto n_blocks = static_cast<std::size_t>(grid_->n_own_ids()) / 8;
-  for (std::vector<double>* sums : {&block_volume_, &block_mass_, &block_sum_}) sums->assign(n_blocks, 0.0);
+  for (std::vector<double>* sums : {&block_volume_, &block_mass_, &block_sum_, &inverse_block_volume_})
+    sums->assign(n_blocks, 0.0);
   for (std::size_t k = 0; k < own_.size(); ++k) {
     const auto c = static_cast<std::size_t>(own_[k]);
     PressureCell& cell = cells_[k];
     fill_cell(physics.grid, physics.transfer.gradient, laws_, particles, members_.of(static_cast<LocalIndex>(k)), cell,
-              rows_.gradient.data() + c * static_cast<std::size_t>(rows_.n_stencil));
+              rows_.gradient_of(own_[k]));
+    rows_.round(own_[k]);
     pressure_[c] = cell.start;
     block_volume_[static_cast<std::size_t>(block_of_[k])] += cell.volume;
     block_mass_[static_cast<std::size_t>(block_of_[k])] += cell.mass;
   }
-  halo_.exchange(parts_.comm(), reinterpret_cast<double*>(rows_.gradient.data()), 4 * rows_.n_stencil);
-  round_rows(rows_);
+  halo_.exchange(parts_.comm(), reinterpret_cast<double*>(rows_.gradient.data()), 4 * rows_.n_stencil());
+  for (const LocalIndex c : others_) rows_.round(c);
 }
 
 void ImplicitPressure::fetch_nodes(const GridUpdate& update, const Node* nodes) {
@@ -137,67 +139,62 @@ void ImplicitPressure::fetch_nodes(const GridUpdate& update, const Node* nodes) 
     const double mass = free_[static_cast<std::size_t>(n)].c[3];
     scale_[static_cast<std::size_t>(n)] = mass > update.smallest_mass ? 1.0 / mass : 0.0;
   }
+  grid_->repeat(free_.data());
 }
 
-// impulses_ = B^T p of all complete nodes; fetches p of other ranks. `rounded`: with the entries that iterations use.
-void ImplicitPressure::gradients_of(std::vector<double>& p, bool rounded) {
+// impulses_ = B^T p of all complete nodes; fetches p of other ranks.
+void ImplicitPressure::gradients_of(std::vector<double>& p, RowEntries entries) {
   halo_.exchange(parts_.comm(), p.data(), 1);
   std::fill(impulses_.begin(), impulses_.end(), Node{});
-  if (rounded)
-    add_rounded_gradients(rows_, p, impulses_.data());
-  else
-    add_gradients(rows_, p, impulses_.data());
-}
-
-// Of a block of cells, zeta dt^2 / (rho dx^2): the compliance, per volume, against pressures that differ within it.
-double ImplicitPressure::compliance_of_block(LocalIndex own, double dt) const {
-  const double dx = parts_.physics.grid.cell_size;
-  const auto b = static_cast<std::size_t>(block_of_[static_cast<std::size_t>(own)]);
-  return parts_.physics.time_stepping.pressure.stabilisation * dt * dt * block_volume_[b] / (block_mass_[b] * dx * dx);
+  add_gradients(rows_, entries, p, impulses_.data());
+  grid_->fold_repeated(impulses_.data());
 }
 
 // product_ = (A + dt^2 B P M^-1 P^T B^T + Z) p of this rank's cells.
 void ImplicitPressure::multiply(double dt, std::vector<double>& p) {
-  gradients_of(p, true);
+  gradients_of(p, RowEntries::rounded);
   contact_.spread(scale_.data(), grid_->complete_nodes(), impulses_.data());
+  grid_->repeat(impulses_.data());
+  volume_rates(rows_, RowEntries::rounded, own_, impulses_.data(), product_.data());
   std::fill(block_sum_.begin(), block_sum_.end(), 0.0);
   for (std::size_t k = 0; k < own_.size(); ++k)
     block_sum_[static_cast<std::size_t>(block_of_[k])] += cells_[k].volume * p[static_cast<std::size_t>(own_[k])];
+  const double dt_squared = dt * dt;
   for (std::size_t k = 0; k < own_.size(); ++k) {
     const auto c = static_cast<std::size_t>(own_[k]), b = static_cast<std::size_t>(block_of_[k]);
-    const double deviation = p[c] - block_sum_[b] / block_volume_[b];
-    const double z = compliance_of_block(static_cast<LocalIndex>(k), dt) * cells_[k].volume * deviation;
-    product_[c] = (cells_[k].compliance * p[c] + dt * dt * rounded_volume_rate(rows_, own_[k], impulses_.data())) + z;
+    const double z = within_block_[k] * (p[c] - block_sum_[b] * inverse_block_volume_[b]);
+    product_[c] = (cells_[k].compliance * p[c] + dt_squared * product_[c]) + z;
   }
 }
 
 void ImplicitPressure::set_right_side(double dt) {
   held_ = free_;
   contact_.hold(held_.data());
-  for (std::size_t k = 0; k < own_.size(); ++k)
-    right_[static_cast<std::size_t>(own_[k])] = cells_[k].target + dt * volume_rate(rows_, own_[k], held_.data());
+  grid_->repeat(held_.data());
+  volume_rates(rows_, RowEntries::exact, own_, held_.data(), right_.data());
+  for (std::size_t k = 0; k < own_.size(); ++k) {
+    double& right = right_[static_cast<std::size_t>(own_[k])];
+    right = cells_[k].target + dt * right;
+  }
 }
 
-// The diagonal with the constraints that are in force at first, but for what images behind walls share with those in front.
+// Z of (I7), and the diagonal with the constraints that are in force at first, but for what images behind walls share with
+// those in front.
 void ImplicitPressure::set_diagonal(double dt) {
   NodeVector& scales = held_;
-  for (const LocalIndex n : grid_->complete_nodes()) {
-    const double s = scale_[static_cast<std::size_t>(n)];
-    scales[static_cast<std::size_t>(n)] = {{s, s, s, 0.0}};
-  }
+  for (std::size_t n = 0; n < scale_.size(); ++n) scales[n] = {{scale_[n], scale_[n], scale_[n], 0.0}};
   contact_.weaken(scales.data());
-  const auto n_stencil = static_cast<std::size_t>(rows_.n_stencil);
+  grid_->repeat(scales.data());
+  const double dx = parts_.physics.grid.cell_size;
+  const double stiffness = parts_.physics.time_stepping.pressure.stabilisation * dt * dt / (dx * dx);
+  within_block_.resize(own_.size());
+  for (std::size_t b = 0; b < block_volume_.size(); ++b)
+    inverse_block_volume_[b] = block_volume_[b] > 0.0 ? 1.0 / block_volume_[b] : 0.0;
   for (std::size_t k = 0; k < own_.size(); ++k) {
     const auto c = static_cast<std::size_t>(own_[k]), b = static_cast<std::size_t>(block_of_[k]);
-    double sum = 0.0;
-    for (std::size_t a = c * n_stencil; a < (c + 1) * n_stencil; ++a) {
-      const double* const B = rows_.gradient[a].c;
-      const double* const s = scales[static_cast<std::size_t>(rows_.node[a])].c;
-      sum += (s[0] * (B[0] * B[0]) + s[1] * (B[1] * B[1])) + s[2] * (B[2] * B[2]);
-    }
-    const double z =
-        compliance_of_block(static_cast<LocalIndex>(k), dt) * cells_[k].volume * (1.0 - cells_[k].volume / block_volume_[b]);
-    inverse_diagonal_[c] = 1.0 / (cells_[k].compliance + dt * dt * sum + z);
+    within_block_[k] = stiffness * block_volume_[b] / block_mass_[b] * cells_[k].volume;
+    const double z = within_block_[k] * (1.0 - cells_[k].volume * inverse_block_volume_[b]);
+    inverse_diagonal_[c] = 1.0 / (cells_[k].compliance + dt * dt * diagonal_of(rows_, own_[k], scales.data()) + z);
   }
 }
 
@@ -232,7 +229,7 @@ bool ImplicitPressure::solve(double dt, double tolerance, PressureReport& report
   }
   double square = precondition(residual_);
   direction_ = scaled_;
-  for (int n = 0; square > (n < least_iterations ? rounding : goal); ++n) {
+  for (int n = 0; square > (report.n_iterations < least_iterations ? rounding : goal); ++n) {
     if (n == settings.max_iterations) return false;
     multiply(dt, direction_);
     for (std::size_t k = 0; k < own_.size(); ++k)
@@ -256,16 +253,21 @@ bool ImplicitPressure::solve(double dt, double tolerance, PressureReport& report
   return std::isfinite(square) && std::isfinite(goal);
 }
 
-// Walls that would pull let go, those that would be penetrated hold, and cells that hold no tension part.
-bool ImplicitPressure::revise(double dt, bool rounded) {
-  const bool parted = may_part_ && revise_parted(dt);
-  gradients_of(pressure_, rounded);
+// held_ = the velocities that the gradients in impulses_ would give the nodes if no wall held them.
+void ImplicitPressure::find_unheld(double dt) {
   held_ = impulses_;
   contact_.fold(held_.data());
   for (const LocalIndex n : grid_->complete_nodes()) {
     const auto i = static_cast<std::size_t>(n);
     for (int a = 0; a < 3; ++a) held_[i].c[a] = free_[i].c[a] - dt * scale_[i] * held_[i].c[a];
   }
+}
+
+// Walls that would pull let go, those that would be penetrated hold, and cells that hold no tension part.
+bool ImplicitPressure::revise(double dt, RowEntries entries) {
+  const bool parted = may_part_ && revise_parted(dt);
+  gradients_of(pressure_, entries);
+  find_unheld(dt);
   const bool touched =
       contact_.revise(scale_.data(), held_.data(), parts_.physics.time_stepping.pressure.tolerance * speed_scale(dt));
   return max_global(parts_.comm(), GlobalIndex{parted || touched}) > 0;
@@ -334,13 +336,13 @@ void ImplicitPressure::update_volumes(StepBounds& local) {
 }
 
 std::size_t ImplicitPressure::memory() const {
-  const std::size_t n_values =
-      pressure_.capacity() * 7 + block_volume_.capacity() * 3 + scale_.capacity() + before_.capacity();
+  const std::size_t n_values = pressure_.capacity() * 7 + block_volume_.capacity() * 4 + within_block_.capacity() +
+                               scale_.capacity() + before_.capacity();
   const std::size_t n_nodes =
       free_.capacity() * 3 + pool_.capacity() + owned_impulses_.capacity() + rows_.gradient.capacity();
   const std::size_t n_indices = number_of_.capacity() + counts_.capacity() + own_.capacity() + place_of_.capacity() +
-                                members_.first.capacity() + members_.particle.capacity() + rows_.node.capacity() +
-                                block_of_.capacity();
+                                members_.first.capacity() + members_.particle.capacity() + rows_.first.capacity() +
+                                rows_.rounded.capacity() + block_of_.capacity();
   return n_values * sizeof(double) + n_nodes * sizeof(Node) + n_indices * sizeof(LocalIndex) +
          cells_.capacity() * sizeof(PressureCell) + contact_.memory() + (grid_ ? grid_->memory() : 0);
 }

@@ -39,11 +39,11 @@ class ImplicitPressure {
   void set_right_side(double dt);
   void set_diagonal(double dt);
   void multiply(double dt, std::vector<double>& p);
-  void gradients_of(std::vector<double>& p, bool rounded);
-  bool revise(double dt, bool rounded);
+  void gradients_of(std::vector<double>& p, RowEntries entries);
+  void find_unheld(double dt);
+  bool revise(double dt, RowEntries entries);
   bool revise_parted(double dt);
   void add_impulses(const GridUpdate& update, Node* nodes, Node* change);
-  double compliance_of_block(LocalIndex own, double dt) const;
   double speed_scale(double dt) const;
 
   StepParts& parts_;
@@ -57,17 +57,19 @@ class ImplicitPressure {
   std::vector<LocalIndex> number_of_;  // by id; -1: empty
   std::vector<std::int32_t> counts_;   // by id
   std::vector<LocalIndex> own_;        // numbers of this rank's cells
+  std::vector<LocalIndex> others_;     // and of those of other ranks
   std::vector<LocalIndex> place_of_;   // in own_, by id of this rank's cells; -1: empty
   CellParticles members_;              // by place in own_
   std::vector<PressureCell> cells_;    // by place in own_
   PressureRows rows_;
   // Blocks of 2 x 2 x 2 cells of a tile.
   std::vector<LocalIndex> block_of_;  // by place in own_
-  std::vector<double> block_volume_, block_mass_, block_sum_;
+  std::vector<double> block_volume_, inverse_block_volume_, block_mass_, block_sum_;
+  std::vector<double> within_block_;  // by place in own_: Z of pressures that differ from the mean of the block, m^3/Pa
   // By number of the cell; where it is another rank's, zero but for what has been exchanged.
   std::vector<double> pressure_, right_, residual_, direction_, product_, scaled_, inverse_diagonal_;
   std::vector<char> parted_;  // by place in own_: cells that hold no tension and have p = 0
-  // By node of grid_, and one more that takes what nobody needs.
+  // By node of grid_.
   NodeVector free_, held_, impulses_;
   std::vector<double> scale_;  // 1/m, 0 where empty
   NodeVector pool_, owned_impulses_;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <ranges>
 
+#include "kernel/batch.hpp"
+
 namespace bulkley {
 
 namespace {
@@ -87,8 +89,7 @@ void PressureContact::hold(Node* velocity) const {
 
 void PressureContact::spread(const double* scale, std::span<const LocalIndex> nodes, Node* impulses) const {
   fold(impulses);
-  for (const LocalIndex n : nodes)
-    for (int a = 0; a < 3; ++a) impulses[n].c[a] *= scale[n];
+  for (const LocalIndex n : nodes) store_vector(impulses[n], load_vector(impulses[n]) * scale[n]);
   for (const HeldNode& held : held_) {
     Node& node = impulses[held.node];
     set_vector_of(node, held.projection * vector_of(node));

@@ -37,153 +37,185 @@ void group_by_cell(const VolumetricLaws& laws, const ParticleSet& particles, std
 
 namespace {
 
-struct Weights {
-  double w[3][4], d[3][4];  // and their derivatives, 1/m
-  double r[3][4];           // from the particle to the nodes, m
-};
-
-template <SplineOrder order>
-Weights weights_of(const GridGeometry& grid, const Vec3& position) {
+// A row of B along z is {F_x Z_0, F_y Z_1, F_z Z_2} with F of its x and y and Z of the node: of the splines and their
+// derivatives, or in the MLS form of the splines and the distances from the particle over their second moment.
+template <SplineOrder order, GradientForm form>
+void add_row(const GridGeometry& grid, const Vec3& position, double volume, Node* gradient) {
   constexpr int s = stencil_width(order);
-  Weights weights;
+  constexpr bool mls = form == GradientForm::mls;
+  double w[3][s], d[3][s];
   const double inverse = grid.inverse_cell_size();
   for (int a = 0; a < 3; ++a) {
     const double xi = (position[a] - grid.lower[a]) * inverse;
     const double fx = xi - std::floor(xi - grid.base_shift());
-    double w[s], d[s];
-    spline_weights<order>(fx, w);
-    spline_derivatives<order>(fx, d);
-    for (int k = 0; k < s; ++k) {
-      weights.w[a][k] = w[k];
-      weights.d[a][k] = d[k] * inverse;
-      weights.r[a][k] = (k - fx) * grid.cell_size;
+    spline_weights<order>(fx, w[a]);
+    if (mls)
+      for (int k = 0; k < s; ++k) d[a][k] = w[a][k] * (k - fx);
+    else
+      spline_derivatives<order>(fx, d[a]);
+  }
+  const double scale = volume * inverse * (mls ? inverse_second_moment(order) : 1.0);
+  Quad along_z[s];
+  for (int k = 0; k < s; ++k) along_z[k] = Quad{w[2][k], w[2][k], d[2][k], 0.0};
+  for (int i = 0; i < s; ++i) {
+    const double W = scale * w[0][i], D = scale * d[0][i];
+    for (int j = 0; j < s; ++j, gradient += s) {
+      const Quad row{D * w[1][j], W * d[1][j], W * w[1][j], 0.0};
+      for (int k = 0; k < s; ++k) store_vector(gradient[k], load_vector(gradient[k]) + row * along_z[k]);
     }
   }
-  return weights;
 }
 
 template <SplineOrder order, GradientForm form>
-void add_row(const GridGeometry& grid, const Vec3& position, double volume, Node* gradient) {
+void fill(const GridGeometry& grid, const VolumetricLaws& laws, const ParticleSet& particles,
+          std::span<const LocalIndex> members, PressureCell& cell, Node* gradient) {
+  const std::uint8_t* const material = particles.material();
+  const double* const V = particles.real(Field::reference_volume);
+  const double* const ratio = particles.real(Field::volume_ratio);
+  const double* const mass = particles.real(Field::mass);
+  const double* const last = particles.real(Field::cell_mean_stress);
+  const double* const x[3] = {particles.real(Field::position, 0), particles.real(Field::position, 1),
+                              particles.real(Field::position, 2)};
   constexpr int s = stencil_width(order);
-  const Weights at = weights_of<order>(grid, position);
-  const double second = inverse_second_moment(order) / (grid.cell_size * grid.cell_size);
-  for (int i = 0; i < s; ++i)
-    for (int j = 0; j < s; ++j) {
-      const double wx = volume * at.w[0][i], wy = at.w[1][j];
-      // {x, y, z, 0} = flat w_z + steep d_z, or in the MLS form w {r_x, r_y, r_z} / D
-      const double w = second * (wx * wy);
-      const Quad flat = form == GradientForm::mls ? Quad{w * at.r[0][i], w * at.r[1][j], 0.0, 0.0}
-                                                  : Quad{volume * at.d[0][i] * wy, wx * at.d[1][j], 0.0, 0.0};
-      const Quad steep{0.0, 0.0, form == GradientForm::mls ? w : wx * wy, 0.0};
-      for (int k = 0; k < s; ++k) {
-        Node& node = gradient[(i * s + j) * s + k];
-        const double dz = form == GradientForm::mls ? at.w[2][k] * at.r[2][k] : at.d[2][k];
-        store_vector(node, load_vector(node) + (flat * at.w[2][k] + steep * dz));
-      }
-    }
+  std::fill_n(gradient, s * s * s, Node{});
+  cell = {};
+  cell.parts = true;
+  double start = 0.0;
+  for (const LocalIndex p : members) {
+    const VolumetricLaw& law = *laws[material[p]];
+    const double J = ratio[p], compliance = V[p] / law.slope(J);
+    cell.volume += V[p];
+    cell.mass += mass[p];
+    cell.compliance += compliance;
+    cell.target += compliance * law.stress(J);
+    cell.parts = cell.parts && !law.tension;
+    start += V[p] * last[p];
+    add_row<order, form>(grid, {x[0][p], x[1][p], x[2][p]}, V[p] * J, gradient);
+  }
+  cell.start = start / cell.volume;
 }
 
 }  // namespace
 
 void fill_cell(const GridGeometry& grid, GradientForm form, const VolumetricLaws& laws, const ParticleSet& particles,
                std::span<const LocalIndex> members, PressureCell& cell, Node* gradient) {
-  const int s = stencil_width(grid.order);
-  std::fill_n(gradient, s * s * s, Node{});
-  cell = {};
-  cell.parts = true;
-  double start = 0.0;
-  for (const LocalIndex p : members) {
-    const VolumetricLaw& law = *laws[particles.material()[p]];
-    const double volume = particles.real(Field::reference_volume)[p], J = particles.real(Field::volume_ratio)[p];
-    const double compliance = volume / law.slope(J);
-    cell.volume += volume;
-    cell.mass += particles.real(Field::mass)[p];
-    cell.compliance += compliance;
-    cell.target += compliance * law.stress(J);
-    cell.parts = cell.parts && !law.tension;
-    start += volume * particles.real(Field::cell_mean_stress)[p];
-    with_order(grid.order, [&](auto order) {
-      const Vec3 position = particles.vector(Field::position, p);
-      if (form == GradientForm::mls)
-        add_row<order(), GradientForm::mls>(grid, position, volume * J, gradient);
-      else
-        add_row<order(), GradientForm::bspline>(grid, position, volume * J, gradient);
-    });
-  }
-  cell.start = start / cell.volume;
+  with_order(grid.order, [&](auto order) {
+    if (form == GradientForm::mls)
+      fill<order(), GradientForm::mls>(grid, laws, particles, members, cell, gradient);
+    else
+      fill<order(), GradientForm::bspline>(grid, laws, particles, members, cell, gradient);
+  });
+}
+
+void PressureRows::resize(LocalIndex n) {
+  const auto n_cells = static_cast<std::size_t>(n);
+  first.resize(n_cells * static_cast<std::size_t>(n_rows()));
+  gradient.resize(n_cells * static_cast<std::size_t>(n_stencil()));
+  rounded.resize(3 * gradient.size() + 1);
+}
+
+void PressureRows::round(LocalIndex cell) {
+  const auto n = static_cast<std::size_t>(n_stencil()), begin = static_cast<std::size_t>(cell) * n;
+  for (std::size_t k = begin; k < begin + n; ++k)
+    for (std::size_t a = 0; a < 3; ++a) rounded[3 * k + a] = static_cast<float>(gradient[k].c[a]);
 }
 
 namespace {
 
-inline Quad entry(const Node& node) { return load_vector(node); }
-inline Quad entry(const ShortNode& node) {
+// The entries of consecutive nodes, each {x, y, z, undefined}.
+struct Exact {
+  const Node* at;
+  Quad operator[](int k) const { return load_vector(at[k]); }
+  Exact operator+(std::size_t n) const { return {at + n}; }
+};
+struct Rounded {
+  const float* at;
+  Quad operator[](int k) const {
 #if defined(__AVX__)
-  return _mm256_cvtps_pd(_mm_loadu_ps(node.c));  // of which GCC 12 makes two conversions otherwise
+    return _mm256_cvtps_pd(_mm_loadu_ps(at + 3 * k));  // of which GCC 12 makes two conversions otherwise
 #else
-  using Short [[gnu::vector_size(16)]] = float;
-  Short vector;
-  std::memcpy(&vector, node.c, sizeof vector);
-  return __builtin_convertvector(vector, Quad);
+    using Short [[gnu::vector_size(16)]] = float;
+    Short vector;
+    std::memcpy(&vector, at + 3 * k, sizeof vector);
+    return __builtin_convertvector(vector, Quad);
 #endif
+  }
+  Rounded operator+(std::size_t n) const { return {at + 3 * n}; }
+};
+
+template <int width, class Entries>
+void add_all(const PressureRows& rows, Entries gradient, std::span<const double> pressure, Node* sums) {
+  const LocalIndex* first = rows.first.data();
+  for (const double p : pressure)
+#pragma GCC unroll 16
+    for (int r = 0; r < width * width; ++r, ++first, gradient = gradient + width) {
+      Node* const sum = sums + *first;
+#pragma GCC unroll 4
+      for (int k = 0; k < width; ++k) store_vector(sum[k], load_vector(sum[k]) + gradient[k] * p);
+    }
 }
 
-template <int n, class Entry>
-void add_all(const Entry* gradient, const LocalIndex* node, std::span<const double> pressure, Node* sums) {
-  for (const double p : pressure) {
-#pragma GCC unroll 64
-    for (int a = 0; a < n; ++a) {
-      Node& sum = sums[node[a]];
-      store_vector(sum, load_vector(sum) + entry(gradient[a]) * p);
+template <int width, class Entries>
+void find_rates(const PressureRows& rows, Entries begin, std::span<const LocalIndex> cells, const Node* velocity,
+                double* rates) {
+  constexpr int n_rows = width * width;
+  for (const LocalIndex c : cells) {
+    const LocalIndex* const first = rows.first.data() + static_cast<std::size_t>(c) * n_rows;
+    const Entries gradient = begin + static_cast<std::size_t>(c) * (n_rows * width);
+    Quad sums[width] = {};  // one for each place in a row, so that none waits for another
+#pragma GCC unroll 16
+    for (int r = 0; r < n_rows; ++r) {
+      const Node* const v = velocity + first[r];
+#pragma GCC unroll 4
+      for (int k = 0; k < width; ++k) sums[k] += gradient[r * width + k] * load_vector(v[k]);
     }
-    gradient += n;
-    node += n;
+    Quad sum = sums[0] + sums[1];
+    for (int k = 2; k < width; ++k) sum += sums[k];
+    rates[c] = sum[0] + sum[1] + sum[2];
   }
 }
 
-template <class Entry>
-void add_all(const PressureRows& rows, const Entry* gradient, std::span<const double> pressure, Node* sums) {
-  if (rows.n_stencil == 27)
-    add_all<27>(gradient, rows.node.data(), pressure, sums);
+// Calls with the width of stencils as a constant, and with the entries of the first cell.
+template <class Work>
+void with_entries(const PressureRows& rows, RowEntries entries, Work work) {
+  const auto with_width = [&](auto width) {
+    if (entries == RowEntries::exact)
+      work(width, Exact{rows.gradient.data()});
+    else
+      work(width, Rounded{rows.rounded.data()});
+  };
+  if (rows.width == 3)
+    with_width(std::integral_constant<int, 3>{});
   else
-    add_all<64>(gradient, rows.node.data(), pressure, sums);
-}
-
-template <int n, class Entry>
-double rate_of(const Entry* gradient, const LocalIndex* node, const Node* velocity) {
-  Quad sum{};
-#pragma GCC unroll 64
-  for (int a = 0; a < n; ++a) sum += entry(gradient[a]) * load_vector(velocity[node[a]]);
-  return sum[0] + sum[1] + sum[2];
-}
-
-template <class Entry>
-double rate_of(const PressureRows& rows, const Entry* gradient, LocalIndex cell, const Node* velocity) {
-  const std::size_t first = static_cast<std::size_t>(cell) * static_cast<std::size_t>(rows.n_stencil);
-  const LocalIndex* const node = rows.node.data() + first;
-  return rows.n_stencil == 27 ? rate_of<27>(gradient + first, node, velocity)
-                              : rate_of<64>(gradient + first, node, velocity);
+    with_width(std::integral_constant<int, 4>{});
 }
 
 }  // namespace
 
-void round_rows(PressureRows& rows) {
-  rows.rounded.resize(rows.gradient.size());
-  for (std::size_t k = 0; k < rows.gradient.size(); ++k)
-    for (int a = 0; a < 4; ++a) rows.rounded[k].c[a] = static_cast<float>(rows.gradient[k].c[a]);
+void add_gradients(const PressureRows& rows, RowEntries entries, std::span<const double> pressure, Node* sums) {
+  with_entries(rows, entries,
+               [&](auto width, auto gradient) { add_all<decltype(width)::value>(rows, gradient, pressure, sums); });
 }
 
-void add_gradients(const PressureRows& rows, std::span<const double> pressure, Node* sums) {
-  add_all(rows, rows.gradient.data(), pressure, sums);
-}
-void add_rounded_gradients(const PressureRows& rows, std::span<const double> pressure, Node* sums) {
-  add_all(rows, rows.rounded.data(), pressure, sums);
+void volume_rates(const PressureRows& rows, RowEntries entries, std::span<const LocalIndex> cells, const Node* velocity,
+                  double* rates) {
+  with_entries(rows, entries, [&](auto width, auto gradient) {
+    find_rates<decltype(width)::value>(rows, gradient, cells, velocity, rates);
+  });
 }
 
-double volume_rate(const PressureRows& rows, LocalIndex cell, const Node* velocity) {
-  return rate_of(rows, rows.gradient.data(), cell, velocity);
-}
-double rounded_volume_rate(const PressureRows& rows, LocalIndex cell, const Node* velocity) {
-  return rate_of(rows, rows.rounded.data(), cell, velocity);
+double diagonal_of(const PressureRows& rows, LocalIndex cell, const Node* scales) {
+  Quad sum{};
+  const LocalIndex* const first =
+      rows.first.data() + static_cast<std::size_t>(cell) * static_cast<std::size_t>(rows.n_rows());
+  const Rounded gradient =
+      Rounded{rows.rounded.data()} + static_cast<std::size_t>(cell) * static_cast<std::size_t>(rows.n_stencil());
+  for (int r = 0; r < rows.n_rows(); ++r)
+    for (int k = 0; k < rows.width; ++k) {
+      const Quad B = gradient[r * rows.width + k];
+      sum += load_vector(scales[first[r] + k]) * (B * B);
+    }
+  return sum[0] + sum[1] + sum[2];
 }
 
 void update_volumes(const VolumetricLaws& laws, const VolumeUpdate& update, std::span<const LocalIndex> members,

@@ -52,32 +52,39 @@ struct PressureCell {
 void fill_cell(const GridGeometry& grid, GradientForm form, const VolumetricLaws& laws, const ParticleSet& particles,
                std::span<const LocalIndex> members, PressureCell& cell, Node* gradient);
 
-/// A row's entry in single precision: what products of an iteration read half the bytes of. Both B and its transpose are of them
-/// there, so that the matrix stays symmetric; forces come from the entries in double precision.
-struct ShortNode {
-  float c[4];
-};
-
-/// Rows of B of all cells that a rank needs, in the order of the cells' places in the grid.
+/// Rows of B of all cells that a rank needs, in the order of the cells' places in the grid. The nodes of a stencil lie in rows
+/// along z, whose nodes follow each other in the caller's arrays.
 struct PressureRows {
-  int n_stencil = 0;                                              ///< nodes a cell
-  NodeVector gradient;                                            ///< by cell and node of its stencil
-  std::vector<ShortNode, CacheLineAllocator<ShortNode>> rounded;  ///< likewise; see round_rows
-  std::vector<LocalIndex> node;                                   ///< likewise: number of the node in the caller's array
-  LocalIndex size() const {
-    return n_stencil > 0 ? static_cast<LocalIndex>(node.size() / static_cast<std::size_t>(n_stencil)) : 0;
+  int width = 0;                  ///< stencil_width
+  std::vector<LocalIndex> first;  ///< by cell and row along z: number of its first node
+  NodeVector gradient;            ///< by cell and node of its stencil
+  /// {x, y, z} likewise in single precision, and one more number: what products of an iteration read less than half the bytes
+  /// of. Both B and its transpose are of them there, so that the matrix stays symmetric; forces come from `gradient`.
+  std::vector<float, CacheLineAllocator<float>> rounded;
+
+  int n_rows() const { return width * width; }
+  int n_stencil() const { return n_rows() * width; }
+  LocalIndex size() const { return width > 0 ? static_cast<LocalIndex>(first.size()) / n_rows() : 0; }
+  /// Room for `n` cells; their entries are undefined.
+  void resize(LocalIndex n);
+  Node* gradient_of(LocalIndex cell) {
+    return gradient.data() + static_cast<std::size_t>(cell) * static_cast<std::size_t>(n_stencil());
   }
+  /// Fills `rounded` of a cell from its `gradient`.
+  void round(LocalIndex cell);
 };
 
-/// Rounds the rows for products in iterations. Not collective.
-void round_rows(PressureRows& rows);
+/// Which entries of the rows a product takes.
+enum class RowEntries { exact, rounded };
 
-/// sums += B^T p over all cells, in their order. Not collective.
-void add_gradients(const PressureRows& rows, std::span<const double> pressure, Node* sums);
-void add_rounded_gradients(const PressureRows& rows, std::span<const double> pressure, Node* sums);
-/// (B v)_c of one cell, m^3/s. Not collective.
-double volume_rate(const PressureRows& rows, LocalIndex cell, const Node* velocity);
-double rounded_volume_rate(const PressureRows& rows, LocalIndex cell, const Node* velocity);
+/// sums += B^T p over all cells, in their order. The fourth number of a sum is undefined. Not collective.
+void add_gradients(const PressureRows& rows, RowEntries entries, std::span<const double> pressure, Node* sums);
+/// rates[c] = (B v)_c, m^3/s, of the cells c in `cells`. Not collective.
+void volume_rates(const PressureRows& rows, RowEntries entries, std::span<const LocalIndex> cells, const Node* velocity,
+                  double* rates);
+/// sum over its nodes of B_x^2 s_x + B_y^2 s_y + B_z^2 s_z, with rounded entries: a cell's part of the diagonal of B s B^T. Not
+/// collective.
+double diagonal_of(const PressureRows& rows, LocalIndex cell, const Node* scales);
 
 /// What the particles of a cell learn of a step.
 struct VolumeUpdate {

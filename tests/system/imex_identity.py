@@ -16,12 +16,14 @@ ROUNDING = 1e-12  # of the energy account's largest term
 
 STUCK = ["boundaries.z_lower={type=\"sticky\"}"]
 ROUND = [f"boundaries.{axis}_{side}=\"periodic\"" for axis in "y" for side in ("lower", "upper")]
+AROUND = [f"boundaries.z_{side}=\"periodic\"" for side in ("lower", "upper")]
 # name, scene, overrides, ranks of the whole run, ranks before and after a restart
 VARIANTS = (
     ("splash", "splash.toml", ["materials.cream.bulk_modulus=2e9"], (2, 3, 7), (3, 5)),
     ("cubic", "splash.toml", ["transfer.order=\"cubic\"", "transfer.scheme=\"moment_flip\""], (3,), (7, 2)),
     ("bspline", "splash.toml", ["transfer.gradient=\"bspline\"", "transfer.scheme=\"flip\"", *STUCK], (5,), (2, 7)),
     ("periodic", "splash.toml", ["transfer.scheme=\"pic\"", "domain.upper=[0.35,0.4,0.3]", *ROUND], (2, 7), (7, 3)),
+    ("around", "splash.toml", ["gravity=[0.0, 0.0, 0.0]", "time.elastic_cfl=0.8", *AROUND], (3,), (5, 2)),
     ("mixed", "splash.toml", ["materials.rubber.law=\"fixed_corotated\""], (3,), (2, 5)),
     ("moving", "moving_colliders.toml", ["time.end=1.0", "time.growth=1.5"], (2, 7), (5, 3)),
     ("parting", "tank.toml", ["materials.water.tension=false", "gravity=[3.0, 0.0, -10.0]"], (4,), (3, 2)),
