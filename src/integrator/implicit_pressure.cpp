@@ -43,15 +43,15 @@ PressureReport ImplicitPressure::apply(double time, const GridUpdate& update, No
   fit();
   number_cells();
   fill_cells();
-  parted_.assign(own_.size(), 0);
   fetch_nodes(update, nodes);
   gradients_of(pressure_, RowEntries::rounded);
   find_unheld(update.dt);
   contact_.begin(time, update.dt, held_.data());
   set_diagonal(update.dt);
   PressureReport report;
-  // Rough solutions until walls and free surfaces keep their state, then one that is as good as it has to be.
+  // Rough solutions until few walls and free surfaces change their state, then ones that are as good as they have to be.
   const PressureSettings& settings = parts_.physics.time_stepping.pressure;
+  const GlobalIndex few = sum_global(parts_.comm(), static_cast<GlobalIndex>(own_.size())) / 100;
   double tolerance = settings.contact_rounds > 1 ? std::max(rough_tolerance, settings.tolerance) : settings.tolerance;
   for (bool settled = false; !settled;) {
     if (!solve(update.dt, tolerance, report)) {
@@ -60,9 +60,9 @@ PressureReport ImplicitPressure::apply(double time, const GridUpdate& update, No
     }
     ++report.n_rounds;
     const bool last = tolerance == settings.tolerance;
-    const bool changed = revise(update.dt, last ? RowEntries::exact : RowEntries::rounded);
-    settled = last && (!changed || report.n_rounds >= settings.contact_rounds);
-    tolerance = settings.tolerance;
+    const GlobalIndex n_changed = revise(update.dt, last ? RowEntries::exact : RowEntries::rounded);
+    settled = last && (n_changed == 0 || report.n_rounds >= settings.contact_rounds);
+    if (n_changed <= few || report.n_rounds + 1 >= settings.contact_rounds) tolerance = settings.tolerance;
   }
   add_impulses(update, nodes, change);
   return report;
@@ -111,6 +111,7 @@ void ImplicitPressure::fill_cells() {
   const auto n = static_cast<std::size_t>(rows_.size());
   group_by_cell(laws_, particles, parts_.particles.map().cell, place_of_, static_cast<LocalIndex>(own_.size()), members_);
   cells_.resize(own_.size());
+  parted_.resize(own_.size());
   for (std::vector<double>* values : {&pressure_, &right_, &residual_, &direction_, &product_, &scaled_, &inverse_diagonal_})
     values->assign(n, 0.0);
   const auto n_blocks = static_cast<std::size_t>(grid_->n_own_ids()) / 8;
@@ -123,6 +124,7 @@ void ImplicitPressure::fill_cells() {
               rows_.gradient_of(own_[k]));
     rows_.round(own_[k]);
     pressure_[c] = cell.start;
+    parted_[k] = cell.parts && 2.0 * cell.parted_volume > cell.volume;
     block_volume_[static_cast<std::size_t>(block_of_[k])] += cell.volume;
     block_mass_[static_cast<std::size_t>(block_of_[k])] += cell.mass;
   }
@@ -263,27 +265,28 @@ void ImplicitPressure::find_unheld(double dt) {
   }
 }
 
-// Walls that would pull let go, those that would be penetrated hold, and cells that hold no tension part.
-bool ImplicitPressure::revise(double dt, RowEntries entries) {
-  const bool parted = may_part_ && revise_parted(dt);
+// Walls that would pull let go, those that would be penetrated hold, and cells that hold no tension part. Returns how many
+// changed.
+GlobalIndex ImplicitPressure::revise(double dt, RowEntries entries) {
+  GlobalIndex n_changed = may_part_ ? revise_parted(dt) : 0;
   gradients_of(pressure_, entries);
   find_unheld(dt);
-  const bool touched =
+  n_changed +=
       contact_.revise(scale_.data(), held_.data(), parts_.physics.time_stepping.pressure.tolerance * speed_scale(dt));
-  return max_global(parts_.comm(), GlobalIndex{parted || touched}) > 0;
+  return sum_global(parts_.comm(), n_changed);
 }
 
-bool ImplicitPressure::revise_parted(double dt) {
+GlobalIndex ImplicitPressure::revise_parted(double dt) {
   multiply(dt, pressure_);
-  bool changed = false;
+  GlobalIndex n_changed = 0;
   for (std::size_t k = 0; k < own_.size(); ++k) {
     if (!cells_[k].parts) continue;
     const auto c = static_cast<std::size_t>(own_[k]);
     const bool part = parted_[k] ? right_[c] >= product_[c] : pressure_[c] > 0.0;
-    changed = changed || part != static_cast<bool>(parted_[k]);
+    n_changed += part != static_cast<bool>(parted_[k]);
     parted_[k] = part;
   }
-  return changed;
+  return n_changed;
 }
 
 // After the last `revise`, which has left B^T p in impulses_.

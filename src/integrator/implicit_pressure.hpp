@@ -41,8 +41,8 @@ class ImplicitPressure {
   void multiply(double dt, std::vector<double>& p);
   void gradients_of(std::vector<double>& p, RowEntries entries);
   void find_unheld(double dt);
-  bool revise(double dt, RowEntries entries);
-  bool revise_parted(double dt);
+  GlobalIndex revise(double dt, RowEntries entries);
+  GlobalIndex revise_parted(double dt);
   void add_impulses(const GridUpdate& update, Node* nodes, Node* change);
   double speed_scale(double dt) const;
 

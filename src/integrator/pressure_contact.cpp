@@ -103,8 +103,8 @@ void PressureContact::weaken(Node* scales) const {
     for (int a = 0; a < 3; ++a) scales[held.node].c[a] *= held.projection(a, a);
 }
 
-bool PressureContact::revise(const double* scale, const Node* free, double tolerance) {
-  bool changed = false;
+GlobalIndex PressureContact::revise(const double* scale, const Node* free, double tolerance) {
+  GlobalIndex n_changed = 0;
   for (HeldNode& held : held_) {
     if (scale[held.node] == 0.0) continue;
     const Vec3 u = vector_of(free[held.node]);
@@ -117,11 +117,11 @@ bool PressureContact::revise(const double* scale, const Node* free, double toler
       if (constraint.in_force ? speed <= tolerance : speed >= -tolerance) continue;
       constraint.in_force = !constraint.in_force;
       revised = true;
+      ++n_changed;
     }
     if (revised) project(held);
-    changed = changed || revised;
   }
-  return changed;
+  return n_changed;
 }
 
 std::size_t PressureContact::memory() const {

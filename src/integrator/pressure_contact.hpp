@@ -36,8 +36,8 @@ class PressureContact {
   /// Impulses of nodes behind walls -> their images. Not collective.
   void fold(Node* impulses) const { fold_impulses(images_, impulses); }
   /// Lifts separating constraints that would pull, and puts in force those that `free` velocities, in which no constraint has its
-  /// effect, would penetrate. `tolerance`: of speed, m/s. Returns whether any changed. Not collective.
-  bool revise(const double* scale, const Node* free, double tolerance);
+  /// effect, would penetrate. `tolerance`: of speed, m/s. Returns how many changed. Not collective.
+  GlobalIndex revise(const double* scale, const Node* free, double tolerance);
 
   std::size_t memory() const;
 

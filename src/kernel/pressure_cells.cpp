@@ -90,6 +90,7 @@ void fill(const GridGeometry& grid, const VolumetricLaws& laws, const ParticleSe
     cell.target += compliance * law.stress(J);
     cell.parts = cell.parts && !law.tension;
     start += V[p] * last[p];
+    if (last[p] == 0.0) cell.parted_volume += V[p];
     add_row<order, form>(grid, {x[0][p], x[1][p], x[2][p]}, V[p] * J, gradient);
   }
   cell.start = start / cell.volume;

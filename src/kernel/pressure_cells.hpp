@@ -39,12 +39,13 @@ void group_by_cell(const VolumetricLaws& laws, const ParticleSet& particles, std
 
 /// Sums over the particles of a cell.
 struct PressureCell {
-  double volume = 0.0;      ///< V_c = sum V_p, m^3, reference
-  double mass = 0.0;        ///< kg
-  double compliance = 0.0;  ///< A_c = sum V_p / p'_p, m^3/Pa
-  double target = 0.0;      ///< A_c p0_c = sum V_p p_p / p'_p, m^3
-  double start = 0.0;       ///< mean pressure of the last step, Pa
-  bool parts = false;       ///< no particle of it holds tension
+  double volume = 0.0;         ///< V_c = sum V_p, m^3, reference
+  double mass = 0.0;           ///< kg
+  double compliance = 0.0;     ///< A_c = sum V_p / p'_p, m^3/Pa
+  double target = 0.0;         ///< A_c p0_c = sum V_p p_p / p'_p, m^3
+  double start = 0.0;          ///< mean pressure of the last step, Pa
+  bool parts = false;          ///< no particle of it holds tension
+  double parted_volume = 0.0;  ///< of the particles without pressure in the last step, m^3
 };
 
 /// (I2), (I3): the sums of a cell, and its row of B in m^2, one Node {x, y, z, 0} a node of the stencil, z fastest. `gradient`:
