@@ -16,12 +16,14 @@ struct Bound {
 };
 
 namespace bench_bounds {
-inline constexpr Bound spread_over_sizes{1.15};            ///< max/min cost per particle, 100 000 to 10 000 000 of them
-inline constexpr Bound empty_domain{1.10};                 ///< a step in 16 times the ball's box, over one in the box
-inline constexpr Bound bytes_per_particle{350.0};          ///< of a million particles on one rank
-inline constexpr Bound forecast_error{1.20};               ///< measured over predicted memory, or the other way round
-inline constexpr Bound two_ranks{1.85, Sense::at_least};   ///< throughput over that of one rank
-inline constexpr Bound eight_ranks{0.5, Sense::at_least};  ///< likewise, on fewer cores: less would be a collapse
+inline constexpr Bound spread_over_sizes{1.15};               ///< max/min cost per particle, 100 000 to 10 000 000 of them
+inline constexpr Bound empty_domain{1.10};                    ///< a step in 16 times the ball's box, over one in the box
+inline constexpr Bound bytes_per_particle{350.0};             ///< of a million particles on one rank
+inline constexpr Bound forecast_error{1.20};                  ///< measured over predicted memory, or the other way round
+inline constexpr Bound two_ranks{1.85, Sense::at_least};      ///< throughput over that of one rank
+inline constexpr Bound eight_ranks{0.5, Sense::at_least};     ///< likewise, on fewer cores: less would be a collapse
+inline constexpr Bound imex_step{5.0};                        ///< a step of imex, over an explicit one
+inline constexpr Bound imex_two_ranks{1.8, Sense::at_least};  ///< throughput of imex over that of one rank
 }  // namespace bench_bounds
 
 /// A transfer and a material, and the step's cost over that of the naive neo-Hookean kernel.

@@ -5,6 +5,7 @@
 #include <system_error>
 
 #include "io/files/text_file.hpp"
+#include "scene/time_step_keys.hpp"
 
 namespace bulkley {
 
@@ -17,6 +18,7 @@ Json describe(const BenchCase& what, const BenchResult& r) {
           {"scheme", name_of(what.transfer.scheme)},
           {"order", name_of(what.transfer.order)},
           {"gradient", name_of(what.transfer.gradient)},
+          {"integrator", name_of(what.integrator)},
           {"mach_number", rounded(r.mach_number)},
           {"yielded_fraction", rounded(r.yielded_fraction)},
           {"ns_per_particle_step", rounded(r.ns)},
@@ -25,6 +27,11 @@ Json describe(const BenchCase& what, const BenchResult& r) {
           {"nodes_per_particle", rounded(r.nodes_per_particle)},
           {"naive_neo_hookean_ns_per_particle_step", rounded(r.naive_ns)},
           {"ratio_to_naive", rounded(r.ratio_to_naive)},
+          {"explicit_ns_per_particle_step", rounded(r.explicit_ns)},
+          {"ratio_to_explicit", rounded(r.ratio_to_explicit)},
+          {"iterations_per_step", rounded(r.iterations_per_step)},
+          {"rounds_per_step", rounded(r.rounds_per_step)},
+          {"exchange_bytes_per_iteration", rounded(r.exchange_bytes_per_iteration)},
           {"one_rank_ns_per_particle_step", rounded(r.one_rank_ns)},
           {"throughput_ratio", rounded(r.throughput_ratio)},
           {"bytes_per_particle", rounded(r.bytes_per_particle)},

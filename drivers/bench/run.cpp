@@ -36,21 +36,25 @@ BenchRun::BenchRun(const Comm& comm, const BenchCase& what) : comm_(comm) {
   const Scene scene = bench_scene(what);
   Partition partition = first_partition(comm, scene, seeded_census(comm, scene), assumed_cost(scene));
   ParticleSet particles = seed_share(comm, scene, partition);
-  start_shear(scene, particles);
+  start_shear(what, scene, particles);
   solver_ = std::make_unique<Solver>(comm, physics_of(scene), std::move(partition), std::move(particles), std::nullopt);
-  mach_number_ = solver_->bounds().motion.speed.value / wave_speed_at_rest(scene.materials.front().material);
+  mach_number_ = solver_->bounds().motion.speed.value / bench_wave_speed(what);
   state_.dt_stable = solver_->dt_limit(0.0, scene.time_stepping.end_time).dt;
   state_.wait = scene.time_stepping.trial_interval;
   state_.dt_first_limit = state_.dt_stable;
   advance(block_steps);
   solver_->times() = {};
-  n_steps_ = 0;
+  n_steps_ = n_iterations_ = n_rounds_ = 0;
 }
 
 double BenchRun::advance(int n_steps) {
   BULKLEY_MPI(MPI_Barrier(comm_.get()));
   const double begin = MPI_Wtime();
-  for (int k = 0; k < n_steps; ++k) solver_->step({0.0, solver_->physics().time_stepping.end_time}, state_);
+  for (int k = 0; k < n_steps; ++k) {
+    const StepReport report = solver_->step({0.0, solver_->physics().time_stepping.end_time}, state_);
+    n_iterations_ += report.pressure.n_iterations;
+    n_rounds_ += report.pressure.n_rounds;
+  }
   n_steps_ += n_steps;
   return max_global(comm_, MPI_Wtime() - begin) / n_steps;
 }
@@ -119,6 +123,12 @@ BenchResult facts_of(const Comm& comm, const BenchCase& what, BenchRun& run) {
   const Exchange::Traffic add = exchange.sent_by_add(), get = exchange.sent_by_get();
   facts.exchange_bytes_per_step = n_vectors * max_global(comm, static_cast<double>(add.bytes + get.bytes));
   facts.exchange_messages_per_step = n_vectors * max_global(comm, GlobalIndex{add.n_messages + get.n_messages});
+  if (what.integrator == IntegratorKind::imex) {
+    facts.iterations_per_step = run.iterations_per_step();
+    facts.rounds_per_step = run.rounds_per_step();
+    const auto bytes = static_cast<double>(run.solver().integrator().bytes_per_iteration());
+    facts.exchange_bytes_per_iteration = max_global(comm, bytes);
+  }
   return facts;
 }
 
@@ -150,6 +160,13 @@ BenchResult run_bench(const Comm& comm, const BenchCase& what, const BenchEffort
   });
 
   std::vector<Block> blocks{[&] { return run.advance(block_steps); }};
+  std::unique_ptr<BenchRun> explicit_run;
+  if (what.integrator == IntegratorKind::imex) {
+    BenchCase explicit_case = what;
+    explicit_case.integrator = IntegratorKind::explicit_step;
+    explicit_run = std::make_unique<BenchRun>(comm, explicit_case);
+    blocks.push_back([&] { return explicit_run->advance(block_steps); });
+  }
   if (effort.naive)
     blocks.push_back([&] {
       return on_root_alone(comm, [&] {
@@ -165,8 +182,13 @@ BenchResult run_bench(const Comm& comm, const BenchCase& what, const BenchEffort
   result.bytes_per_particle = static_cast<double>(sum_global(comm, occupied)) / n;
   result.ns = mean(seconds[0]) * run.scale();
   if (effort.naive) {
-    result.naive_ns = mean(seconds[1]) / n * 1e9;
-    result.ratio_to_naive = mean(seconds[0]) / mean(seconds[1]) * comm.size();
+    const double naive_seconds = mean(seconds[explicit_run ? 2 : 1]);
+    result.naive_ns = naive_seconds / n * 1e9;
+    result.ratio_to_naive = mean(seconds[0]) / naive_seconds * comm.size();
+  }
+  if (explicit_run) {
+    result.explicit_ns = mean(seconds[1]) * explicit_run->scale();
+    result.ratio_to_explicit = mean(seconds[0]) / mean(seconds[1]);
   }
   if (with_one_rank) {
     result.one_rank_ns = mean(seconds.back()) / n * 1e9;

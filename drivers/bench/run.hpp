@@ -36,7 +36,10 @@ class BenchRun {
   double sorts_per_step() const;
   /// Part of the particles that flowed in the last step. Collective.
   double yielded_fraction() const;
-  /// Largest speed at the start over the wave speed at rest.
+  /// Of conjugate gradients, a step since the first block.
+  double iterations_per_step() const { return static_cast<double>(n_iterations_) / static_cast<double>(n_steps_); }
+  double rounds_per_step() const { return static_cast<double>(n_rounds_) / static_cast<double>(n_steps_); }
+  /// Largest speed at the start over the wave speed at rest, that of the material's own bulk modulus.
   double mach_number() const { return mach_number_; }
 
  private:
@@ -45,6 +48,7 @@ class BenchRun {
   TimeStepState state_;
   double mach_number_ = 0.0;
   GlobalIndex n_steps_ = 0;  ///< timed
+  GlobalIndex n_iterations_ = 0, n_rounds_ = 0;
 };
 
 /// A variant's block: gives the wall time of one of its steps, s. Collective.
@@ -78,8 +82,14 @@ struct BenchResult {
   double mach_number = undefined;
   double bytes_per_particle = undefined;           ///< that all ranks came to occupy beyond the empty program
   double forecast_bytes_per_particle = undefined;  ///< the same predicted from the scene alone
-  double exchange_bytes_per_step = undefined;      ///< that the busiest rank sends
-  GlobalIndex exchange_messages_per_step = 0;      ///< likewise
+  // Integrator imex.
+  double explicit_ns = undefined;                   ///< of the explicit step of the material's own bulk modulus, in turn
+  double ratio_to_explicit = undefined;             ///< cost of a step over that of the explicit one
+  double iterations_per_step = undefined;           ///< of the pressure system
+  double rounds_per_step = undefined;               ///< its solutions, until walls and free surfaces keep their state
+  double exchange_bytes_per_iteration = undefined;  ///< that the busiest rank sends
+  double exchange_bytes_per_step = undefined;       ///< that the busiest rank sends
+  GlobalIndex exchange_messages_per_step = 0;       ///< likewise
 };
 
 /// What to time in addition to the real step.

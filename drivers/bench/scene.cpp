@@ -23,7 +23,16 @@ Material material_named(const std::string& name) {
 State<double> rest_state() { return {isochoric_identity<double>(), 1.0}; }
 
 // Speed of the fastest particle, m/s.
-double largest_speed(const Material& material) { return bench_mach_number * wave_speed_at_rest(material); }
+double largest_speed(const BenchCase& what) { return bench_mach_number * bench_wave_speed(what); }
+
+Material material_of(const BenchCase& what) {
+  Material material = material_named(what.material);
+  if (what.integrator != IntegratorKind::imex) return material;
+  if (!volumetric_law(material))
+    throw UsageError(fmt::format(
+        "--material {}: imex has nothing to do, for its stress has no part that depends on volume alone", what.material));
+  return with_bulk_modulus(material, bench_bulk_modulus);
+}
 
 // Moves the grid by two cells at most, so that tiles meet in the middle of the ball along each axis and two, four or eight
 // ranks get equal parts: the balance of a partition is not measured here. A ball near its walls is not moved.
@@ -38,9 +47,11 @@ void place_tiles(GridGeometry& grid) {
 }
 
 // 1/s: v_x over the height above the middle.
-double shear_rate(const Material& material) { return shear_part * largest_speed(material) / ball_radius; }
+double shear_rate(const BenchCase& what) { return shear_part * largest_speed(what) / ball_radius; }
 
 }  // namespace
+
+double bench_wave_speed(const BenchCase& what) { return wave_speed_at_rest(material_named(what.material)); }
 
 int cells_along_box(const BenchCase& what) {
   const double volume = 4.0 / 3.0 * M_PI * std::pow(ball_radius, 3);
@@ -61,16 +72,17 @@ Scene bench_scene(const BenchCase& what) {
   place_tiles(scene.grid);
   scene.transfer = what.transfer;
   scene.gravity = {0.0, 0.0, -9.81};
-  scene.materials = {{what.material, material_named(what.material)}};
+  scene.materials = {{what.material, material_of(what)}};
   scene.faces.fill({FaceKind::separating, 0.0});
   scene.time_stepping.end_time = 1.0;
+  scene.time_stepping.integrator = what.integrator;
   const Material& material = scene.materials.front().material;
   Body ball;
   ball.name = "ball";
   ball.shape = {Sphere{{0.5, 0.5, 0.5}, ball_radius}};
   ball.material = what.material;
   ball.density = std::visit([](const auto& law) { return law.density(); }, material);
-  ball.velocity = {0.0, 0.0, -fall_part * largest_speed(material)};
+  ball.velocity = {0.0, 0.0, -fall_part * largest_speed(what)};
   ball.center = {0.5, 0.5, 0.5};
   ball.particles_per_cell = particles_per_cell;
   ball.lattice = SeedingLattice::jittered;
@@ -78,9 +90,9 @@ Scene bench_scene(const BenchCase& what) {
   return scene;
 }
 
-void start_shear(const Scene& scene, ParticleSet& particles) {
+void start_shear(const BenchCase& what, const Scene& scene, ParticleSet& particles) {
   const Material& material = scene.materials.front().material;
-  const double rate = shear_rate(material);
+  const double rate = shear_rate(what);
   // The shear is uniform, so one state serves all particles.
   State<double> state = rest_state();
   SymTensor<double> stress{};

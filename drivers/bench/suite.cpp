@@ -16,6 +16,7 @@
 #include "bulkley/base/pack.hpp"
 #include "parallel/log.hpp"
 #include "program/version.hpp"
+#include "scene/time_step_keys.hpp"
 #include "simulation/forecast.hpp"
 
 namespace bulkley {
@@ -46,6 +47,7 @@ class Suite {
   void domain();
   void memory();
   void ranks();
+  void imex();
   Json json() const;
 
  private:
@@ -53,7 +55,9 @@ class Suite {
   void sizes_of(const std::string& material);
   std::string floor_of(const BenchCase& what, const BenchResult& result, Json& details) const;
   Row child_row(const std::string& part, const std::string& name, int n_ranks, const std::string& material, GlobalIndex n,
-                int n_steps, const std::function<void(const Json& json, Row& row)>& read) const;
+                int n_steps, const std::function<void(const Json& json, Row& row)>& read,
+                IntegratorKind integrator = IntegratorKind::explicit_step) const;
+  static std::function<void(const Json& json, Row& row)> throughput(const Bound& bound);
   GlobalIndex usual_size() const { return small_ ? 100'000 : 1'000'000; }
   int n_rounds() const { return small_ ? 3 : 5; }
   // Whether the memory that is free holds a case so many times.
@@ -193,15 +197,17 @@ void Suite::domain() {
 
 // A run of its own process on `n_ranks` ranks; `read` fills the row from what it wrote.
 Row Suite::child_row(const std::string& part, const std::string& name, int n_ranks, const std::string& material,
-                     GlobalIndex n, int n_steps, const std::function<void(const Json& json, Row& row)>& read) const {
+                     GlobalIndex n, int n_steps, const std::function<void(const Json& json, Row& row)>& read,
+                     IntegratorKind integrator) const {
   if (const std::string skip_reason = child_obstacle(n_ranks); !skip_reason.empty())
     return row_without_value(part, name, "skipped", skip_reason);
   if (!fits({n, material, {}, {1, 1, 1}}, n_ranks > 1 ? 2 : 1))  // on all ranks, and on one alone
     return row_without_value(part, name, "skipped", "it does not fit into the memory that is free");
   const double time_limit = 60.0 + 1e-5 * static_cast<double>(n) * n_steps;  // s; 10 us for a particle's step
-  const ChildOutcome outcome = run_child_bench(
-      n_ranks, {"--particles", std::to_string(n), "--material", material, "--steps", std::to_string(n_steps), "--no-naive"},
-      time_limit);
+  const ChildOutcome outcome = run_child_bench(n_ranks,
+                                               {"--particles", std::to_string(n), "--material", material, "--steps",
+                                                std::to_string(n_steps), "--integrator", name_of(integrator), "--no-naive"},
+                                               time_limit);
   if (!outcome.fault.empty()) return row_without_value(part, name, "failed", outcome.fault);
   Row row{.part = part, .name = name};
   read(outcome.json, row);
@@ -232,20 +238,21 @@ void Suite::memory() {
   }
 }
 
-void Suite::ranks() {
-  const auto throughput = [&](const Bound& bound) {
-    return [bound](const Json& json, Row& row) {
-      row.value = number_of(json, "throughput_ratio");
-      row.unit = "of one rank";
-      row.bound = bound;
-      const double bytes = number_of(json, "exchange_bytes_per_step");
-      const double messages = number_of(json, "exchange_messages_per_step");
-      row.note = fmt::format("busiest rank and step: {:.0f} bytes in {:.0f} messages", bytes, messages);
-      for (const char* key : {"exchange_bytes_per_step", "exchange_messages_per_step", "ns_per_particle_step",
-                              "one_rank_ns_per_particle_step"})
-        row.details[key] = json.at(key);
-    };
+std::function<void(const Json& json, Row& row)> Suite::throughput(const Bound& bound) {
+  return [bound](const Json& json, Row& row) {
+    row.value = number_of(json, "throughput_ratio");
+    row.unit = "of one rank";
+    row.bound = bound;
+    const double bytes = number_of(json, "exchange_bytes_per_step");
+    const double messages = number_of(json, "exchange_messages_per_step");
+    row.note = fmt::format("busiest rank and step: {:.0f} bytes in {:.0f} messages", bytes, messages);
+    for (const char* key :
+         {"exchange_bytes_per_step", "exchange_messages_per_step", "ns_per_particle_step", "one_rank_ns_per_particle_step"})
+      row.details[key] = json.at(key);
   };
+}
+
+void Suite::ranks() {
   const int n_steps = n_rounds() * block_steps;
   if (n_usable_cores() < 2)
     add(row_without_value("ranks", "throughput of 2 ranks", "skipped", "this process may use one core only"));
@@ -253,6 +260,28 @@ void Suite::ranks() {
     add(child_row("ranks", "throughput of 2 ranks", 2, "cream", usual_size(), n_steps, throughput(bench_bounds::two_ranks)));
   add(child_row("ranks", fmt::format("throughput of 8 ranks on {} cores", n_usable_cores()), 8, "cream", usual_size(),
                 block_steps, throughput(bench_bounds::eight_ranks)));
+}
+
+void Suite::imex() {
+  BenchCase what{usual_size(), "cream", {}, {1, 1, 1}};
+  what.integrator = IntegratorKind::imex;
+  const BenchResult result = run_bench(comm_, what, {n_rounds() * block_steps, false, false});
+  std::string phases;
+  for (const auto& [name, ns] : result.phases)
+    if (ns >= 0.05) phases += fmt::format("{}{} {:.1f}", phases.empty() ? "" : ", ", name, ns);
+  add({.part = "imex",
+       .name = fmt::format("cream, {:.0e} Pa", bench_bulk_modulus),
+       .value = result.ratio_to_explicit,
+       .unit = "of explicit",
+       .bound = bench_bounds::imex_step,
+       .note = fmt::format("{:.1f} ns, explicit {:.1f}; {:.1f} iterations in {:.1f} rounds a step: {}", result.ns,
+                           result.explicit_ns, result.iterations_per_step, result.rounds_per_step, phases),
+       .details = describe(what, result)});
+  if (n_usable_cores() < 2)
+    add(row_without_value("imex", "throughput of 2 ranks", "skipped", "this process may use one core only"));
+  else
+    add(child_row("imex", "throughput of 2 ranks", 2, "cream", usual_size(), n_rounds() * block_steps,
+                  throughput(bench_bounds::imex_two_ranks), IntegratorKind::imex));
 }
 
 Json Suite::json() const {
@@ -273,7 +302,8 @@ struct Part {
   void (Suite::*run)();
 };
 constexpr Part parts[] = {{"floor", &Suite::floor},   {"cases", &Suite::all_cases}, {"sizes", &Suite::sizes},
-                          {"domain", &Suite::domain}, {"memory", &Suite::memory},   {"ranks", &Suite::ranks}};
+                          {"domain", &Suite::domain}, {"memory", &Suite::memory},   {"ranks", &Suite::ranks},
+                          {"imex", &Suite::imex}};
 
 }  // namespace
 

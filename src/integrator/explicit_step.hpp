@@ -21,6 +21,7 @@ class ExplicitStep : public Integrator {
   bool is_exact() const override { return true; }
   std::span<const Node> node_velocities(double time) override;
   int n_exchanges() const override { return parts_.physics.transfer.n_exchanges(); }
+  std::size_t bytes_per_iteration() const override { return pressure_ ? pressure_->bytes_per_iteration() : 0; }
   std::size_t memory() const override;
 
  private:

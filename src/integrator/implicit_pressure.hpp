@@ -29,6 +29,8 @@ class ImplicitPressure {
   /// All particles know it: volume ratios become those of the cells, and `totals` theirs. Not collective.
   void update_volumes(StepBounds& local);
 
+  /// That this rank sends. Not collective.
+  std::size_t bytes_per_iteration() const { return halo_.sent_bytes(); }
   std::size_t memory() const;
 
  private:

@@ -56,6 +56,8 @@ class Integrator {
 
   /// Fields of nodes that go through the exchange in a step. Not collective.
   virtual int n_exchanges() const = 0;
+  /// Bytes that this rank sends in an iteration of a linear system. Not collective.
+  virtual std::size_t bytes_per_iteration() const { return 0; }
   /// Bytes of its arrays on this rank. Not collective.
   virtual std::size_t memory() const = 0;
 };

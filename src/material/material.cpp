@@ -62,15 +62,17 @@ std::optional<VolumetricLaw> volumetric_law(const Material& material) {
       material);
 }
 
-Material without_volumetric_law(const Material& material) {
-  Material rest = material;
+Material with_bulk_modulus(const Material& material, double bulk_modulus) {
+  Material changed = material;
   std::visit(
-      []<class Law>(Law& law) {
-        if constexpr (HasVolumetricLaw<Law>) law.parameters.bulk_modulus = 0.0;
+      [&]<class Law>(Law& law) {
+        if constexpr (HasVolumetricLaw<Law>) law.parameters.bulk_modulus = bulk_modulus;
       },
-      rest);
-  return rest;
+      changed);
+  return changed;
 }
+
+Material without_volumetric_law(const Material& material) { return with_bulk_modulus(material, 0.0); }
 
 bool flows(const Material& material) {
   if (const auto* added = std::get_if<AddedLaw>(&material)) return added->parameters.model->flows();

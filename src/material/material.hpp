@@ -48,6 +48,8 @@ double shear_wave_speed_at_rest(const Material& material);
 /// What of a material's stress depends on volume alone; none where its law does not keep it apart. Not collective.
 std::optional<VolumetricLaw> volumetric_law(const Material& material);
 
+/// The material with another bulk modulus in that part, Pa; one without that part as it is. Not collective.
+Material with_bulk_modulus(const Material& material, double bulk_modulus);
 /// The material without that part: its stress is the rest of the law's, its waves are those of shear. Not collective.
 Material without_volumetric_law(const Material& material);
 

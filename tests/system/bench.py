@@ -51,6 +51,16 @@ def main():
     expect(solid, (solid["scheme"], solid["order"]) == ("blend", "cubic"), "other options than asked for")
     expect(solid, 0.245 < solid["mach_number"] < 0.255, "the fastest particle is not near Mach 0.25")
 
+    implicit = bench(1, "--integrator", "imex", "--no-naive")
+    expect(implicit, implicit["integrator"] == "imex" and implicit["iterations_per_step"] > 1.0, "no pressure was solved for")
+    expect(implicit, 1.0 <= implicit["rounds_per_step"] <= 5.0, "the number of solutions is not that of the rounds")
+    expect(implicit, 1.0 < implicit["ratio_to_explicit"] < 100.0, "it was not compared with the explicit step")
+    expect(implicit, 0.245 < implicit["mach_number"] < 0.255, "it does not move as the explicit case does")
+    expect(implicit, implicit["exchange_bytes_per_iteration"] == 0, "one rank sends pressures to another")
+    expect(one, one["ratio_to_explicit"] is None and one["iterations_per_step"] is None, "an explicit step has iterations")
+    granular = program.run(["bench", "--material", "sand", "--integrator", "imex"], 1, work, 60)
+    expect(granular.text, granular.code == 2 and "--material sand" in granular.text, "sand has no part for imex")
+
     two = bench(2, "--no-naive")
     expect(two, two["ranks"] == 2 and two["throughput_ratio"] > 0.0, "two ranks are not compared with one")
     expect(two, two["exchange_bytes_per_step"] > 0 and two["exchange_messages_per_step"] in (1, 2), "no nodes are exchanged")
