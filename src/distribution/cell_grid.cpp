@@ -261,10 +261,7 @@ void CellGrid::sort_cells() {
     LocalIndex id;
   };
   std::vector<Place> places;
-  const auto add = [&](LocalIndex id) {
-    const Int3 tile = grid_.tile_coordinates(tiles_[static_cast<std::size_t>(id / tile_nodes)]);
-    places.push_back({grid_.node_number(in_tile(tile, id % tile_nodes)), id});
-  };
+  const auto add = [&](LocalIndex id) { places.push_back({grid_.node_number(position(id)), id}); };
   for (LocalIndex id = 0; id < n_own_ids_; ++id) add(id);
   for (const Neighbour& known : neighbours_)
     for (const LocalIndex id : known.received) add(id);
@@ -303,29 +300,41 @@ void CellGrid::number_nodes() {
     for (Copy& copy : *copies) copy.node = number(copy.node);
 }
 
-// Numbers of the `reached` nodes of `tiles`, column after column, by tile and place; -1 for others. Around a periodic z axis a
-// column ends with repetitions of its first nodes, so that rows of stencils that cross the end are in one piece.
+// Numbers of the `reached` nodes of `tiles`, by tile and place; -1 for others. They ascend with x, then with y, then with z.
+// Around a periodic z axis a column ends with repetitions of its first nodes, so that rows of stencils that cross the end are
+// in one piece.
 std::vector<LocalIndex> CellGrid::number_columns(const std::vector<TileIndex>& tiles,
                                                  const std::vector<std::uint64_t>& reached) {
-  constexpr int n_columns = tile_width * tile_width;
   std::vector<LocalIndex> numbers(tiles.size() * tile_nodes, -1);
-  const TileIndex nz = grid_.n_tiles(2);
-  for (std::size_t first = 0, end = 0; first < tiles.size(); first = end) {
-    while (end < tiles.size() && tiles[end] / nz == tiles[first] / nz) ++end;
-    const bool closes = grid_.periodic[2] && tiles[first] % nz == 0 && tiles[end - 1] % nz == nz - 1;
-    for (int column = 0; column < n_columns; ++column) {
-      for (std::size_t t = first; t < end; ++t)
-        for (int place = column * tile_width; place < (column + 1) * tile_width; ++place)
-          if (reached[t] >> place & 1) numbers[t * tile_nodes + static_cast<std::size_t>(place)] = n_nodes_++;
-      if (!closes || numbers[(end - 1) * tile_nodes + static_cast<std::size_t>((column + 1) * tile_width - 1)] < 0) continue;
-      for (int k = 0; k + 1 < stencil_width(grid_.order); ++k) {
-        const LocalIndex node = numbers[first * tile_nodes + static_cast<std::size_t>(column * tile_width + k)];
-        if (node < 0) break;
-        repeated_.push_back({n_nodes_++, node});
+  const TileIndex nz = grid_.n_tiles(2), nyz = grid_.n_tiles(1) * nz;
+  const auto end_of = [&](std::size_t first, TileIndex n) {
+    std::size_t end = first;
+    while (end < tiles.size() && tiles[end] / n == tiles[first] / n) ++end;
+    return end;
+  };
+  for (std::size_t slab = 0, end = 0; slab < tiles.size(); slab = end) {
+    end = end_of(slab, nyz);
+    for (int x = 0; x < tile_width; ++x)
+      for (std::size_t first = slab, last = 0; first < end; first = last) {
+        last = end_of(first, nz);
+        for (int y = 0; y < tile_width; ++y)
+          number_column({tiles.data() + first, last - first}, reached.data() + first, (x * tile_width + y) * tile_width,
+                        numbers.data() + first * tile_nodes);
       }
-    }
   }
   return numbers;
+}
+
+// Of the column that begins at `place` in each of `tiles`, which follow each other along z.
+void CellGrid::number_column(std::span<const TileIndex> tiles, const std::uint64_t* reached, int place,
+                             LocalIndex* numbers) {
+  for (std::size_t t = 0; t < tiles.size(); ++t)
+    for (int z = place; z < place + tile_width; ++z)
+      if (reached[t] >> z & 1) numbers[t * tile_nodes + static_cast<std::size_t>(z)] = n_nodes_++;
+  const TileIndex nz = grid_.n_tiles(2);
+  if (!grid_.periodic[2] || tiles.front() % nz != 0 || tiles.back() % nz != nz - 1) return;
+  if (numbers[(tiles.size() - 1) * tile_nodes + static_cast<std::size_t>(place + tile_width - 1)] < 0) return;
+  for (int k = 0; k + 1 < width() && numbers[place + k] >= 0; ++k) repeated_.push_back({n_nodes_++, numbers[place + k]});
 }
 
 // `above`: by tile of cells, places of the tiles of nodes above it among those that `numbers` are of.
@@ -351,13 +360,17 @@ std::span<const LocalIndex> CellGrid::rows(LocalIndex id) const {
   return {rows_.data() + static_cast<std::size_t>(id) * s * s, s * s};
 }
 
-void CellGrid::fold_repeated(Node* sums) const {
-  for (const Copy& copy : repeated_)
+Int3 CellGrid::position(LocalIndex id) const {
+  return in_tile(grid_.tile_coordinates(tiles_[static_cast<std::size_t>(id / tile_nodes)]), id % tile_nodes);
+}
+
+void fold_repeated(std::span<const CellGrid::Copy> repeated, Node* sums) {
+  for (const CellGrid::Copy& copy : repeated)
     for (int a = 0; a < 3; ++a) sums[copy.other].c[a] += sums[copy.node].c[a];
 }
 
-void CellGrid::repeat(Node* nodes) const {
-  for (const Copy& copy : repeated_) nodes[copy.node] = nodes[copy.other];
+void repeat(std::span<const CellGrid::Copy> repeated, Node* nodes) {
+  for (const CellGrid::Copy& copy : repeated) nodes[copy.node] = nodes[copy.other];
 }
 
 std::vector<Int3> CellGrid::complete_positions() const {

@@ -27,10 +27,9 @@ class CellGrid {
   /// Where the rows of a cell's stencil along z begin, y fastest: numbers of nodes, of which each row has stencil_width that
   /// follow each other. Not collective.
   std::span<const LocalIndex> rows(LocalIndex id) const;
-  /// Some nodes around a periodic z axis have two numbers. What sums have got under the second goes to the first. Not collective.
-  void fold_repeated(Node* sums) const;
-  /// Under the second number as under the first. Not collective.
-  void repeat(Node* nodes) const;
+  int width() const { return stencil_width(grid_.order); }
+  /// The base node of a cell. Not collective.
+  Int3 position(LocalIndex id) const;
 
   /// Nodes that all cells are known of: the only ones where sums over cells are right.
   std::span<const LocalIndex> complete_nodes() const { return complete_; }
@@ -39,7 +38,9 @@ class CellGrid {
   struct Copy {
     LocalIndex node, other;
   };
-  std::span<const Copy> owned() const { return owned_; }      ///< all active nodes of the exchange
+  std::span<const Copy> owned() const { return owned_; }  ///< all active nodes of the exchange
+  /// Some nodes around a periodic z axis have a second number, `node`, besides the first, `other`.
+  std::span<const Copy> repeated() const { return repeated_; }
   std::span<const Copy> in_pool() const { return in_pool_; }  ///< complete nodes that other ranks own
 
   /// What ranks know of each other's cells: ids of own cells that a rank wants, and of its cells here.
@@ -64,6 +65,7 @@ class CellGrid {
   std::array<LocalIndex, 8> tiles_above(TileIndex tile, const std::vector<TileIndex>& tiles) const;
   void number_nodes();
   std::vector<LocalIndex> number_columns(const std::vector<TileIndex>& tiles, const std::vector<std::uint64_t>& reached);
+  void number_column(std::span<const TileIndex> tiles, const std::uint64_t* reached, int place, LocalIndex* numbers);
   void find_rows(const std::vector<std::array<LocalIndex, 8>>& above, const std::vector<LocalIndex>& numbers);
 
   GridGeometry grid_;
@@ -76,6 +78,11 @@ class CellGrid {
   std::vector<Copy> owned_, in_pool_, repeated_;
   std::vector<Neighbour> neighbours_;
 };
+
+/// What sums have got under the second numbers of nodes goes to the first. Not collective.
+void fold_repeated(std::span<const CellGrid::Copy> repeated, Node* sums);
+/// Under the second number as under the first. Not collective.
+void repeat(std::span<const CellGrid::Copy> repeated, Node* nodes);
 
 /// One number or several of each cell from its owner to the ranks that want it, over compact numbers of occupied cells.
 class CellHalo {

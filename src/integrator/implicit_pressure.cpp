@@ -20,7 +20,7 @@ constexpr int least_iterations = 2;
 
 ImplicitPressure::ImplicitPressure(StepParts& parts)
     : parts_(parts), laws_(parts.physics.volumetric_laws), contact_(parts.physics) {
-  may_part_ = std::any_of(laws_.begin(), laws_.end(), [](const auto& law) { return law && !law->tension; });
+  parts_any_ = std::any_of(laws_.begin(), laws_.end(), [](const auto& law) { return law && !law->tension; });
 }
 
 void ImplicitPressure::fit() {
@@ -83,19 +83,28 @@ void ImplicitPressure::number_cells() {
   own_.clear();
   others_.clear();
   block_of_.clear();
+  wave_of_own_.clear();
   LocalIndex n = 0;
+  const CellWaves& waves = contact_.waves();
+  end_of_plane_.assign(static_cast<std::size_t>(waves.size()) + 1, 0);
+  std::size_t place_in_order = 0;
   for (const LocalIndex id : grid_->order()) {
+    const auto plane = static_cast<std::size_t>(waves.planes()[place_in_order++]);
+    end_of_plane_[plane + 1] = n;
     if (counts_[static_cast<std::size_t>(id)] == 0) continue;
     if (id < grid_->n_own_ids()) {
       place_of_[static_cast<std::size_t>(id)] = static_cast<LocalIndex>(own_.size());
       own_.push_back(n);
+      wave_of_own_.push_back(waves.of_cell(id));
       const LocalIndex place = id % tile_nodes;
       block_of_.push_back(id / tile_nodes * 8 + place / 32 * 4 + place / 8 % 2 * 2 + place / 2 % 2);
     } else {
       others_.push_back(n);
     }
     number_of_[static_cast<std::size_t>(id)] = n++;
+    end_of_plane_[plane + 1] = n;
   }
+  sort_own_by_wave();
   halo_.connect(*grid_, number_of_);
 
   rows_.width = stencil_width(parts_.physics.grid.order);
@@ -105,13 +114,22 @@ void ImplicitPressure::number_cells() {
     if (counts_[static_cast<std::size_t>(id)] > 0) first = std::ranges::copy(grid_->rows(id), first).out;
 }
 
+void ImplicitPressure::sort_own_by_wave() {
+  const auto wave = [&](std::size_t k) { return wave_of_own_[k]; };
+  own_ranges_.assign(contact_.waves().size(), own_.size(), wave);
+  own_by_wave_.resize(own_.size());
+  std::vector<std::size_t> next(static_cast<std::size_t>(contact_.waves().size()));
+  for (std::size_t w = 0; w < next.size(); ++w) next[w] = own_ranges_.begin(static_cast<LocalIndex>(w));
+  for (std::size_t k = 0; k < own_.size(); ++k) own_by_wave_[next[static_cast<std::size_t>(wave(k))]++] = own_[k];
+}
+
 void ImplicitPressure::fill_cells() {
   const Physics& physics = parts_.physics;
   const ParticleSet& particles = parts_.particles.particles();
   const auto n = static_cast<std::size_t>(rows_.size());
   group_by_cell(laws_, particles, parts_.particles.map().cell, place_of_, static_cast<LocalIndex>(own_.size()), members_);
-  cells_.resize(own_.size());
-  parted_.resize(own_.size());
+  for (std::vector<double>* values : {&volume_, &compliance_, &target_}) values->resize(own_.size());
+  for (std::vector<char>* states : {&may_part_, &parted_}) states->resize(own_.size());
   for (std::vector<double>* values : {&pressure_, &right_, &residual_, &direction_, &product_, &scaled_, &inverse_diagonal_})
     values->assign(n, 0.0);
   const auto n_blocks = static_cast<std::size_t>(grid_->n_own_ids()) / 8;
@@ -119,11 +137,15 @@ void ImplicitPressure::fill_cells() {
     sums->assign(n_blocks, 0.0);
   for (std::size_t k = 0; k < own_.size(); ++k) {
     const auto c = static_cast<std::size_t>(own_[k]);
-    PressureCell& cell = cells_[k];
+    PressureCell cell;
     fill_cell(physics.grid, physics.transfer.gradient, laws_, particles, members_.of(static_cast<LocalIndex>(k)), cell,
               rows_.gradient_of(own_[k]));
     rows_.round(own_[k]);
     pressure_[c] = cell.start;
+    volume_[k] = cell.volume;
+    compliance_[k] = cell.compliance;
+    target_[k] = cell.target;
+    may_part_[k] = cell.parts;
     parted_[k] = cell.parts && 2.0 * cell.parted_volume > cell.volume;
     block_volume_[static_cast<std::size_t>(block_of_[k])] += cell.volume;
     block_mass_[static_cast<std::size_t>(block_of_[k])] += cell.mass;
@@ -141,42 +163,49 @@ void ImplicitPressure::fetch_nodes(const GridUpdate& update, const Node* nodes) 
     const double mass = free_[static_cast<std::size_t>(n)].c[3];
     scale_[static_cast<std::size_t>(n)] = mass > update.smallest_mass ? 1.0 / mass : 0.0;
   }
-  grid_->repeat(free_.data());
+  repeat(grid_->repeated(), free_.data());
 }
 
 // impulses_ = B^T p of all complete nodes; fetches p of other ranks.
 void ImplicitPressure::gradients_of(std::vector<double>& p, RowEntries entries) {
   halo_.exchange(parts_.comm(), p.data(), 1);
   std::fill(impulses_.begin(), impulses_.end(), Node{});
-  add_gradients(rows_, entries, p, impulses_.data());
-  grid_->fold_repeated(impulses_.data());
+  add_gradients(rows_, entries, 0, rows_.size(), p.data(), impulses_.data());
+  fold_repeated(grid_->repeated(), impulses_.data());
 }
 
 // product_ = (A + dt^2 B P M^-1 P^T B^T + Z) p of this rank's cells.
 void ImplicitPressure::multiply(double dt, std::vector<double>& p) {
-  gradients_of(p, RowEntries::rounded);
-  contact_.spread(scale_.data(), grid_->complete_nodes(), impulses_.data());
-  grid_->repeat(impulses_.data());
-  volume_rates(rows_, RowEntries::rounded, own_, impulses_.data(), product_.data());
+  halo_.exchange(parts_.comm(), p.data(), 1);
+  const CellWaves& waves = contact_.waves();
+  LocalIndex end_of_nodes = 0;
+  for (LocalIndex w = 0; w < waves.size(); ++w) {
+    const LocalIndex end = waves.end_of_nodes(w);
+    std::fill(impulses_.begin() + end_of_nodes, impulses_.begin() + end, Node{});
+    end_of_nodes = end;
+    add_gradients(rows_, RowEntries::rounded, end_of_plane_[static_cast<std::size_t>(w)],
+                  end_of_plane_[static_cast<std::size_t>(w) + 1], p.data(), impulses_.data());
+    contact_.spread(scale_.data(), w, impulses_.data());
+    volume_rates(rows_, RowEntries::rounded, own_ranges_.of(own_by_wave_, w), impulses_.data(), product_.data());
+  }
   std::fill(block_sum_.begin(), block_sum_.end(), 0.0);
   for (std::size_t k = 0; k < own_.size(); ++k)
-    block_sum_[static_cast<std::size_t>(block_of_[k])] += cells_[k].volume * p[static_cast<std::size_t>(own_[k])];
+    block_sum_[static_cast<std::size_t>(block_of_[k])] += volume_[k] * p[static_cast<std::size_t>(own_[k])];
   const double dt_squared = dt * dt;
   for (std::size_t k = 0; k < own_.size(); ++k) {
     const auto c = static_cast<std::size_t>(own_[k]), b = static_cast<std::size_t>(block_of_[k]);
     const double z = within_block_[k] * (p[c] - block_sum_[b] * inverse_block_volume_[b]);
-    product_[c] = (cells_[k].compliance * p[c] + dt_squared * product_[c]) + z;
+    product_[c] = (compliance_[k] * p[c] + dt_squared * product_[c]) + z;
   }
 }
 
 void ImplicitPressure::set_right_side(double dt) {
   held_ = free_;
   contact_.hold(held_.data());
-  grid_->repeat(held_.data());
   volume_rates(rows_, RowEntries::exact, own_, held_.data(), right_.data());
   for (std::size_t k = 0; k < own_.size(); ++k) {
     double& right = right_[static_cast<std::size_t>(own_[k])];
-    right = cells_[k].target + dt * right;
+    right = target_[k] + dt * right;
   }
 }
 
@@ -186,7 +215,6 @@ void ImplicitPressure::set_diagonal(double dt) {
   NodeVector& scales = held_;
   for (std::size_t n = 0; n < scale_.size(); ++n) scales[n] = {{scale_[n], scale_[n], scale_[n], 0.0}};
   contact_.weaken(scales.data());
-  grid_->repeat(scales.data());
   const double dx = parts_.physics.grid.cell_size;
   const double stiffness = parts_.physics.time_stepping.pressure.stabilisation * dt * dt / (dx * dx);
   within_block_.resize(own_.size());
@@ -194,9 +222,9 @@ void ImplicitPressure::set_diagonal(double dt) {
     inverse_block_volume_[b] = block_volume_[b] > 0.0 ? 1.0 / block_volume_[b] : 0.0;
   for (std::size_t k = 0; k < own_.size(); ++k) {
     const auto c = static_cast<std::size_t>(own_[k]), b = static_cast<std::size_t>(block_of_[k]);
-    within_block_[k] = stiffness * block_volume_[b] / block_mass_[b] * cells_[k].volume;
-    const double z = within_block_[k] * (1.0 - cells_[k].volume * inverse_block_volume_[b]);
-    inverse_diagonal_[c] = 1.0 / (cells_[k].compliance + dt * dt * diagonal_of(rows_, own_[k], scales.data()) + z);
+    within_block_[k] = stiffness * block_volume_[b] / block_mass_[b] * volume_[k];
+    const double z = within_block_[k] * (1.0 - volume_[k] * inverse_block_volume_[b]);
+    inverse_diagonal_[c] = 1.0 / (compliance_[k] + dt * dt * diagonal_of(rows_, own_[k], scales.data()) + z);
   }
 }
 
@@ -212,7 +240,7 @@ bool ImplicitPressure::solve(double dt, double tolerance, PressureReport& report
   set_right_side(dt);
   const auto precondition = [&](const std::vector<double>& from) {
     for (std::size_t c = 0; c < from.size(); ++c) scaled_[c] = inverse_diagonal_[c] * from[c];
-    if (may_part_)
+    if (parts_any_)
       for (std::size_t k = 0; k < own_.size(); ++k)
         if (parted_[k]) scaled_[static_cast<std::size_t>(own_[k])] = 0.0;
     return reproducible_dot(comm, from, scaled_);
@@ -268,7 +296,7 @@ void ImplicitPressure::find_unheld(double dt) {
 // Walls that would pull let go, those that would be penetrated hold, and cells that hold no tension part. Returns how many
 // changed.
 GlobalIndex ImplicitPressure::revise(double dt, RowEntries entries) {
-  GlobalIndex n_changed = may_part_ ? revise_parted(dt) : 0;
+  GlobalIndex n_changed = parts_any_ ? revise_parted(dt) : 0;
   gradients_of(pressure_, entries);
   find_unheld(dt);
   n_changed +=
@@ -280,7 +308,7 @@ GlobalIndex ImplicitPressure::revise_parted(double dt) {
   multiply(dt, pressure_);
   GlobalIndex n_changed = 0;
   for (std::size_t k = 0; k < own_.size(); ++k) {
-    if (!cells_[k].parts) continue;
+    if (!may_part_[k]) continue;
     const auto c = static_cast<std::size_t>(own_[k]);
     const bool part = parted_[k] ? right_[c] >= product_[c] : pressure_[c] > 0.0;
     n_changed += part != static_cast<bool>(parted_[k]);
@@ -347,7 +375,7 @@ std::size_t ImplicitPressure::memory() const {
                                 members_.first.capacity() + members_.particle.capacity() + rows_.first.capacity() +
                                 rows_.rounded.capacity() + block_of_.capacity();
   return n_values * sizeof(double) + n_nodes * sizeof(Node) + n_indices * sizeof(LocalIndex) +
-         cells_.capacity() * sizeof(PressureCell) + contact_.memory() + (grid_ ? grid_->memory() : 0);
+         3 * volume_.capacity() * sizeof(double) + contact_.memory() + (grid_ ? grid_->memory() : 0);
 }
 
 }  // namespace bulkley

@@ -35,6 +35,7 @@ class ImplicitPressure {
 
  private:
   void number_cells();
+  void sort_own_by_wave();
   void fill_cells();
   void fetch_nodes(const GridUpdate& update, const Node* nodes);
   bool solve(double dt, double tolerance, PressureReport& report);
@@ -50,19 +51,24 @@ class ImplicitPressure {
 
   StepParts& parts_;
   VolumetricLaws laws_;
-  bool may_part_;  // some material holds no tension
+  bool parts_any_;  // some material holds no tension
   PressureContact contact_;
   std::unique_ptr<CellGrid> grid_;
   GlobalIndex fitted_ = -1;
   CellHalo halo_;
   // Cells with particles in the order of their places, this rank's and those of others that it needs.
-  std::vector<LocalIndex> number_of_;  // by id; -1: empty
-  std::vector<std::int32_t> counts_;   // by id
-  std::vector<LocalIndex> own_;        // numbers of this rank's cells
-  std::vector<LocalIndex> others_;     // and of those of other ranks
-  std::vector<LocalIndex> place_of_;   // in own_, by id of this rank's cells; -1: empty
-  CellParticles members_;              // by place in own_
-  std::vector<PressureCell> cells_;    // by place in own_
+  std::vector<LocalIndex> number_of_;                 // by id; -1: empty
+  std::vector<std::int32_t> counts_;                  // by id
+  std::vector<LocalIndex> own_;                       // numbers of this rank's cells
+  std::vector<LocalIndex> others_;                    // and of those of other ranks
+  std::vector<LocalIndex> place_of_;                  // in own_, by id of this rank's cells; -1: empty
+  CellParticles members_;                             // by place in own_
+  std::vector<double> volume_, compliance_, target_;  // of PressureCell, by place in own_
+  std::vector<char> may_part_;                        // likewise: no particle of it holds tension
+  // Products go through the grid in waves.
+  std::vector<LocalIndex> end_of_plane_;               // numbers at which planes of cells end, 0 before the first
+  std::vector<LocalIndex> wave_of_own_, own_by_wave_;  // by place in own_; its numbers sorted by wave
+  WaveRanges own_ranges_;
   PressureRows rows_;
   // Blocks of 2 x 2 x 2 cells of a tile.
   std::vector<LocalIndex> block_of_;  // by place in own_

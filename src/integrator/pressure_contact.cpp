@@ -28,6 +28,26 @@ void PressureContact::fit(const CellGrid& cells) {
     image.behind = number(image.behind);
     image.front = number(image.front);
   }
+  sort_by_wave(cells);
+}
+
+void PressureContact::sort_by_wave(const CellGrid& cells) {
+  std::vector<CellGrid::Copy> joined;
+  for (const NodeImage& image : images_) joined.push_back({image.behind, image.front});
+  waves_ = CellWaves(cells, joined);
+  nodes_by_wave_ = nodes_;
+  repeated_.assign(cells.repeated().begin(), cells.repeated().end());
+  const auto sort = [&](auto& things, auto node_of, WaveRanges& ranges) {
+    const auto wave = [&](const auto& thing) { return waves_.of_node(node_of(thing)); };
+    std::stable_sort(things.begin(), things.end(), [&](const auto& a, const auto& b) { return wave(a) < wave(b); });
+    ranges.assign(waves_.size(), things.size(), [&](std::size_t k) { return wave(things[k]); });
+  };
+  sort(
+      nodes_by_wave_, [](LocalIndex node) { return node; }, node_ranges_);
+  sort(
+      repeated_, [](const CellGrid::Copy& copy) { return copy.node; }, repeated_ranges_);
+  sort(
+      images_, [](const NodeImage& image) { return image.front; }, image_ranges_);
 }
 
 void PressureContact::begin(double time, double dt, const Node* velocity) {
@@ -35,7 +55,9 @@ void PressureContact::begin(double time, double dt, const Node* velocity) {
   for (const NodeConstraint& constraint : fixed_) all.push_back(&constraint);
   if (moving_)
     for (const NodeConstraint& constraint : moving_->at(time, dt)) all.push_back(&constraint);
-  std::stable_sort(all.begin(), all.end(), [](const auto* a, const auto* b) { return a->node < b->node; });
+  std::stable_sort(all.begin(), all.end(), [&](const auto* a, const auto* b) {
+    return std::pair(waves_.of_node(a->node), a->node) < std::pair(waves_.of_node(b->node), b->node);
+  });
   constraints_.clear();
   held_.clear();
   for (const NodeConstraint* constraint : all) {
@@ -54,6 +76,7 @@ void PressureContact::begin(double time, double dt, const Node* velocity) {
     held.end = constraints_.size();
   }
   for (HeldNode& held : held_) project(held);
+  held_ranges_.assign(waves_.size(), held_.size(), [&](std::size_t k) { return waves_.of_node(held_[k].node); });
 }
 
 // P = 1 - sum e e^T over the normals in force, made orthogonal one after the other, and the offset that gives the velocities
@@ -85,22 +108,29 @@ void PressureContact::hold(Node* velocity) const {
     set_vector_of(node, held.projection * vector_of(node) + held.offset);
   }
   unfold_images(images_, velocity, nullptr);
+  repeat(repeated_, velocity);
 }
 
-void PressureContact::spread(const double* scale, std::span<const LocalIndex> nodes, Node* impulses) const {
-  fold(impulses);
-  for (const LocalIndex n : nodes) store_vector(impulses[n], load_vector(impulses[n]) * scale[n]);
-  for (const HeldNode& held : held_) {
+void PressureContact::spread(const double* scale, LocalIndex wave, Node* impulses) const {
+  const std::span<const CellGrid::Copy> repeated = repeated_ranges_.of(repeated_, wave);
+  const std::span<const NodeImage> images = image_ranges_.of(images_, wave);
+  fold_repeated(repeated, impulses);
+  fold_impulses(images, impulses);
+  for (const LocalIndex n : node_ranges_.of(nodes_by_wave_, wave))
+    store_vector(impulses[n], load_vector(impulses[n]) * scale[n]);
+  for (const HeldNode& held : held_ranges_.of(held_, wave)) {
     Node& node = impulses[held.node];
     set_vector_of(node, held.projection * vector_of(node));
   }
-  for (const NodeImage& image : std::views::reverse(images_))
+  for (const NodeImage& image : std::views::reverse(images))
     for (int a = 0; a < 3; ++a) impulses[image.behind].c[a] = image.sign[a] * impulses[image.front].c[a];
+  repeat(repeated, impulses);
 }
 
 void PressureContact::weaken(Node* scales) const {
   for (const HeldNode& held : held_)
     for (int a = 0; a < 3; ++a) scales[held.node].c[a] *= held.projection(a, a);
+  repeat(repeated_, scales);
 }
 
 GlobalIndex PressureContact::revise(const double* scale, const Node* free, double tolerance) {
@@ -125,9 +155,10 @@ GlobalIndex PressureContact::revise(const double* scale, const Node* free, doubl
 }
 
 std::size_t PressureContact::memory() const {
-  return nodes_.capacity() * sizeof(LocalIndex) + fixed_.capacity() * sizeof(NodeConstraint) +
-         images_.capacity() * sizeof(NodeImage) + constraints_.capacity() * sizeof(Constraint) +
-         held_.capacity() * sizeof(HeldNode) + (moving_ ? moving_->memory() : 0);
+  return (nodes_.capacity() + nodes_by_wave_.capacity()) * sizeof(LocalIndex) + waves_.memory() +
+         fixed_.capacity() * sizeof(NodeConstraint) + images_.capacity() * sizeof(NodeImage) +
+         constraints_.capacity() * sizeof(Constraint) + held_.capacity() * sizeof(HeldNode) +
+         (moving_ ? moving_->memory() : 0);
 }
 
 }  // namespace bulkley

@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "distribution/cell_grid.hpp"
+#include "distribution/cell_waves.hpp"
 #include "integrator/physics.hpp"
 #include "kernel/grid_update.hpp"
 
@@ -20,6 +20,8 @@ class PressureContact {
 
   /// Finds what touches the complete nodes of `cells`. Not collective.
   void fit(const CellGrid& cells);
+  /// The waves of products with the nodes of `cells`, images completed together. Not collective.
+  const CellWaves& waves() const { return waves_; }
 
   /// The constraints of a step from `time`, each separating one in force where the material comes towards it. `velocity`: {v, -}
   /// of the nodes before contact. Not collective.
@@ -27,9 +29,10 @@ class PressureContact {
 
   /// Velocities before contact -> as the constraints in force hold them, and behind walls as their images. Not collective.
   void hold(Node* velocity) const;
-  /// Impulses -> changes of velocity that keep to the constraints: T M^-1 P T^T, T being the mirror images. `scale`: 1/m of a
-  /// node, 0 where it is empty. Changes outside of constraints are those of free nodes. Not collective.
-  void spread(const double* scale, std::span<const LocalIndex> nodes, Node* impulses) const;
+  /// Impulses on the nodes of a wave -> changes of velocity that keep to the constraints: T M^-1 P T^T, T being the mirror
+  /// images. `scale`: 1/m of a node, 0 where it is empty. Changes outside of constraints are those of free nodes. Not
+  /// collective.
+  void spread(const double* scale, LocalIndex wave, Node* impulses) const;
   /// Of a node's change along each axis, the part that its constraints leave; 0 behind walls. For preconditioners.
   void weaken(Node* scales) const;
 
@@ -54,9 +57,15 @@ class PressureContact {
     Vec3 offset;
   };
   void project(HeldNode& held) const;
+  void sort_by_wave(const CellGrid& cells);
 
   const Physics& physics_;
   std::vector<LocalIndex> nodes_;  // numbers of the complete nodes
+  CellWaves waves_;
+  // All of these by wave.
+  std::vector<LocalIndex> nodes_by_wave_;
+  std::vector<CellGrid::Copy> repeated_;
+  WaveRanges node_ranges_, repeated_ranges_, image_ranges_, held_ranges_;
   std::vector<NodeConstraint> fixed_;
   std::optional<MovingConstraints> moving_;
   std::vector<NodeImage> images_;

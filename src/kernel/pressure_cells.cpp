@@ -145,15 +145,20 @@ struct Rounded {
 };
 
 template <int width, class Entries>
-void add_all(const PressureRows& rows, Entries gradient, std::span<const double> pressure, Node* sums) {
-  const LocalIndex* first = rows.first.data();
-  for (const double p : pressure)
+void add_all(const PressureRows& rows, Entries gradient, LocalIndex begin, LocalIndex end, const double* pressure,
+             Node* sums) {
+  constexpr std::size_t n_rows = width * width;
+  const LocalIndex* first = rows.first.data() + static_cast<std::size_t>(begin) * n_rows;
+  gradient = gradient + static_cast<std::size_t>(begin) * (n_rows * width);
+  for (LocalIndex c = begin; c < end; ++c) {
+    const double p = pressure[c];
 #pragma GCC unroll 16
     for (int r = 0; r < width * width; ++r, ++first, gradient = gradient + width) {
       Node* const sum = sums + *first;
 #pragma GCC unroll 4
       for (int k = 0; k < width; ++k) store_vector(sum[k], load_vector(sum[k]) + gradient[k] * p);
     }
+  }
 }
 
 template <int width, class Entries>
@@ -193,9 +198,11 @@ void with_entries(const PressureRows& rows, RowEntries entries, Work work) {
 
 }  // namespace
 
-void add_gradients(const PressureRows& rows, RowEntries entries, std::span<const double> pressure, Node* sums) {
-  with_entries(rows, entries,
-               [&](auto width, auto gradient) { add_all<decltype(width)::value>(rows, gradient, pressure, sums); });
+void add_gradients(const PressureRows& rows, RowEntries entries, LocalIndex begin, LocalIndex end, const double* pressure,
+                   Node* sums) {
+  with_entries(rows, entries, [&](auto width, auto gradient) {
+    add_all<decltype(width)::value>(rows, gradient, begin, end, pressure, sums);
+  });
 }
 
 void volume_rates(const PressureRows& rows, RowEntries entries, std::span<const LocalIndex> cells, const Node* velocity,

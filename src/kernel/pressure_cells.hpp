@@ -78,8 +78,9 @@ struct PressureRows {
 /// Which entries of the rows a product takes.
 enum class RowEntries { exact, rounded };
 
-/// sums += B^T p over all cells, in their order. The fourth number of a sum is undefined. Not collective.
-void add_gradients(const PressureRows& rows, RowEntries entries, std::span<const double> pressure, Node* sums);
+/// sums += B^T p over the cells `begin` to `end`, in their order. The fourth number of a sum is undefined. Not collective.
+void add_gradients(const PressureRows& rows, RowEntries entries, LocalIndex begin, LocalIndex end, const double* pressure,
+                   Node* sums);
 /// rates[c] = (B v)_c, m^3/s, of the cells c in `cells`. Not collective.
 void volume_rates(const PressureRows& rows, RowEntries entries, std::span<const LocalIndex> cells, const Node* velocity,
                   double* rates);

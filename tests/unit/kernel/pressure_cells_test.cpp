@@ -227,8 +227,9 @@ TEST_P(RowsOfB, GradientsAreTheTransposeOfVolumeRates) {
     velocity[k] = {{normal(random), normal(random), normal(random), 3.0}};
     sums[k] = rounded[k] = {{0.25, 0.5, -0.125, 2.0}};  // they are added to
   }
-  add_gradients(rows, RowEntries::exact, pressure, sums.data());
-  add_gradients(rows, RowEntries::rounded, pressure, rounded.data());
+  add_gradients(rows, RowEntries::exact, 0, n_cells, pressure.data(), sums.data());
+  add_gradients(rows, RowEntries::rounded, 0, 3, pressure.data(), rounded.data());
+  add_gradients(rows, RowEntries::rounded, 3, n_cells, pressure.data(), rounded.data());
   const double before[3] = {0.25, 0.5, -0.125};
   double left = 0.0, left_rounded = 0.0, right = 0.0, right_rounded = 0.0;
   for (std::size_t k = 0; k < n_nodes; ++k) {
@@ -270,7 +271,7 @@ TEST_P(RowsOfB, DiagonalIsThatOfTheProducts) {
     std::vector<double> pressure(n_cells, 0.0);
     pressure[static_cast<std::size_t>(c)] = 1.0;
     NodeVector sums(n_nodes, Node{});
-    add_gradients(rows, RowEntries::rounded, pressure, sums.data());
+    add_gradients(rows, RowEntries::rounded, 0, n_cells, pressure.data(), sums.data());
     for (std::size_t k = 0; k < n_nodes; ++k)
       for (int a = 0; a < 3; ++a) sums[k].c[a] *= scales[k].c[a];
     std::vector<double> rates(n_cells);
