@@ -53,14 +53,16 @@ PressureReport ImplicitPressure::apply(double time, const GridUpdate& update, No
   const PressureSettings& settings = parts_.physics.time_stepping.pressure;
   const GlobalIndex few = sum_global(parts_.comm(), static_cast<GlobalIndex>(own_.size())) / 100;
   double tolerance = settings.contact_rounds > 1 ? std::max(rough_tolerance, settings.tolerance) : settings.tolerance;
+  GlobalIndex n_changed = 1;
   for (bool settled = false; !settled;) {
+    if (n_changed > 0) begin_solution(update.dt);
     if (!solve(update.dt, tolerance, report)) {
       report.solved = false;
       return report;
     }
     ++report.n_rounds;
     const bool last = tolerance == settings.tolerance;
-    const GlobalIndex n_changed = revise(update.dt, last ? RowEntries::exact : RowEntries::rounded);
+    n_changed = revise(update.dt, last ? RowEntries::exact : RowEntries::rounded);
     settled = last && (n_changed == 0 || report.n_rounds >= settings.contact_rounds);
     if (n_changed <= few || report.n_rounds + 1 >= settings.contact_rounds) tolerance = settings.tolerance;
   }
@@ -233,23 +235,19 @@ double ImplicitPressure::speed_scale(double dt) const {
   return parts_.particles.bounds().motion.speed.value + dt * parts_.physics.gravity.norm();
 }
 
-bool ImplicitPressure::solve(double dt, double tolerance, PressureReport& report) {
-  const PressureSettings& settings = parts_.physics.time_stepping.pressure;
-  const Comm& comm = parts_.comm();
-  const StepBounds& bounds = parts_.particles.bounds();
-  set_right_side(dt);
-  const auto precondition = [&](const std::vector<double>& from) {
-    for (std::size_t c = 0; c < from.size(); ++c) scaled_[c] = inverse_diagonal_[c] * from[c];
-    if (parts_any_)
-      for (std::size_t k = 0; k < own_.size(); ++k)
-        if (parted_[k]) scaled_[static_cast<std::size_t>(own_[k])] = 0.0;
-    return reproducible_dot(comm, from, scaled_);
-  };
-  // Squares of an energy norm, J: below the second, velocities are right to 1e-12 of the fastest.
-  const double speed = speed_scale(dt);
-  const double rounding = 1e-24 * static_cast<double>(bounds.totals.n_particles) * bounds.sums.mass.value * speed * speed;
-  const double goal = std::max(tolerance * tolerance * precondition(right_), rounding);
+// scaled_ = `from` over the diagonal, 0 where the cell has parted. Returns their product.
+double ImplicitPressure::precondition(const std::vector<double>& from) {
+  for (std::size_t c = 0; c < from.size(); ++c) scaled_[c] = inverse_diagonal_[c] * from[c];
+  if (parts_any_)
+    for (std::size_t k = 0; k < own_.size(); ++k)
+      if (parted_[k]) scaled_[static_cast<std::size_t>(own_[k])] = 0.0;
+  return reproducible_dot(parts_.comm(), from, scaled_);
+}
 
+// From the pressures that are there, for the constraints in force.
+void ImplicitPressure::begin_solution(double dt) {
+  set_right_side(dt);
+  square_of_right_ = precondition(right_);
   for (std::size_t k = 0; k < own_.size(); ++k)
     if (parted_[k]) pressure_[static_cast<std::size_t>(own_[k])] = 0.0;
   multiply(dt, pressure_);
@@ -257,30 +255,40 @@ bool ImplicitPressure::solve(double dt, double tolerance, PressureReport& report
     const auto c = static_cast<std::size_t>(own);
     residual_[c] = right_[c] - product_[c];
   }
-  double square = precondition(residual_);
+  square_ = precondition(residual_);
   direction_ = scaled_;
-  for (int n = 0; square > (report.n_iterations < least_iterations ? rounding : goal); ++n) {
+}
+
+// Continues to a tolerance.
+bool ImplicitPressure::solve(double dt, double tolerance, PressureReport& report) {
+  const PressureSettings& settings = parts_.physics.time_stepping.pressure;
+  const StepBounds& bounds = parts_.particles.bounds();
+  // Squares of an energy norm, J: below the second, velocities are right to 1e-12 of the fastest.
+  const double speed = speed_scale(dt);
+  const double rounding = 1e-24 * static_cast<double>(bounds.totals.n_particles) * bounds.sums.mass.value * speed * speed;
+  const double goal = std::max(tolerance * tolerance * square_of_right_, rounding);
+  for (int n = 0; square_ > (report.n_iterations < least_iterations ? rounding : goal); ++n) {
     if (n == settings.max_iterations) return false;
     multiply(dt, direction_);
     for (std::size_t k = 0; k < own_.size(); ++k)
       if (parted_[k]) product_[static_cast<std::size_t>(own_[k])] = 0.0;
-    const double curvature = reproducible_dot(comm, direction_, product_);
+    const double curvature = reproducible_dot(parts_.comm(), direction_, product_);
     if (!(curvature > 0.0)) return false;
-    const double length = square / curvature;
+    const double length = square_ / curvature;
     for (const LocalIndex own : own_) {
       const auto c = static_cast<std::size_t>(own);
       pressure_[c] += length * direction_[c];
       residual_[c] -= length * product_[c];
     }
-    const double next = precondition(residual_), ratio = next / square;
+    const double next = precondition(residual_), ratio = next / square_;
     for (const LocalIndex own : own_) {
       const auto c = static_cast<std::size_t>(own);
       direction_[c] = scaled_[c] + ratio * direction_[c];
     }
-    square = next;
+    square_ = next;
     ++report.n_iterations;
   }
-  return std::isfinite(square) && std::isfinite(goal);
+  return std::isfinite(square_) && std::isfinite(goal);
 }
 
 // held_ = the velocities that the gradients in impulses_ would give the nodes if no wall held them.

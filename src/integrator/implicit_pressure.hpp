@@ -38,6 +38,8 @@ class ImplicitPressure {
   void sort_own_by_wave();
   void fill_cells();
   void fetch_nodes(const GridUpdate& update, const Node* nodes);
+  double precondition(const std::vector<double>& from);
+  void begin_solution(double dt);
   bool solve(double dt, double tolerance, PressureReport& report);
   void set_right_side(double dt);
   void set_diagonal(double dt);
@@ -76,7 +78,8 @@ class ImplicitPressure {
   std::vector<double> within_block_;  // by place in own_: Z of pressures that differ from the mean of the block, m^3/Pa
   // By number of the cell; where it is another rank's, zero but for what has been exchanged.
   std::vector<double> pressure_, right_, residual_, direction_, product_, scaled_, inverse_diagonal_;
-  std::vector<char> parted_;  // by place in own_: cells that hold no tension and have p = 0
+  double square_ = 0.0, square_of_right_ = 0.0;  // of the residual and the right side, over the diagonal, J
+  std::vector<char> parted_;                     // by place in own_: cells that hold no tension and have p = 0
   // By node of grid_.
   NodeVector free_, held_, impulses_;
   std::vector<double> scale_;  // 1/m, 0 where empty
