@@ -123,14 +123,19 @@ void PressureRows::round(LocalIndex cell) {
 
 namespace {
 
+// Cells by which rows are fetched before they are needed: they come in order, but a page at a time, and each is read once.
+constexpr std::size_t cells_ahead = 16;
+
 // The entries of consecutive nodes, each {x, y, z, undefined}.
 struct Exact {
   const Node* at;
+  static constexpr std::size_t bytes = sizeof(Node);
   Quad operator[](int k) const { return load_vector(at[k]); }
   Exact operator+(std::size_t n) const { return {at + n}; }
 };
 struct Rounded {
   const float* at;
+  static constexpr std::size_t bytes = 3 * sizeof(float);
   Quad operator[](int k) const {
 #if defined(__AVX__)
     return _mm256_cvtps_pd(_mm_loadu_ps(at + 3 * k));  // of which GCC 12 makes two conversions otherwise
@@ -144,6 +149,12 @@ struct Rounded {
   Rounded operator+(std::size_t n) const { return {at + 3 * n}; }
 };
 
+template <int n_stencil, class Entries>
+inline void fetch_ahead(const Entries& gradient) {
+  const auto* const begin = reinterpret_cast<const char*>((gradient + cells_ahead * n_stencil).at);
+  for (std::size_t byte = 0; byte < n_stencil * Entries::bytes; byte += 64) __builtin_prefetch(begin + byte);
+}
+
 template <int width, class Entries>
 void add_all(const PressureRows& rows, Entries gradient, LocalIndex begin, LocalIndex end, const double* pressure,
              Node* sums) {
@@ -152,6 +163,7 @@ void add_all(const PressureRows& rows, Entries gradient, LocalIndex begin, Local
   gradient = gradient + static_cast<std::size_t>(begin) * (n_rows * width);
   for (LocalIndex c = begin; c < end; ++c) {
     const double p = pressure[c];
+    fetch_ahead<width * width * width>(gradient);
 #pragma GCC unroll 16
     for (int r = 0; r < width * width; ++r, ++first, gradient = gradient + width) {
       Node* const sum = sums + *first;
@@ -168,6 +180,7 @@ void find_rates(const PressureRows& rows, Entries begin, std::span<const LocalIn
   for (const LocalIndex c : cells) {
     const LocalIndex* const first = rows.first.data() + static_cast<std::size_t>(c) * n_rows;
     const Entries gradient = begin + static_cast<std::size_t>(c) * (n_rows * width);
+    fetch_ahead<width * width * width>(gradient);
     Quad sums[width] = {};  // one for each place in a row, so that none waits for another
 #pragma GCC unroll 16
     for (int r = 0; r < n_rows; ++r) {
