@@ -261,7 +261,14 @@ void CellGrid::sort_cells() {
     LocalIndex id;
   };
   std::vector<Place> places;
-  const auto add = [&](LocalIndex id) { places.push_back({grid_.node_number(position(id)), id}); };
+  // The last tile along an axis may reach beyond the cells that particles can be in.
+  const auto add = [&](LocalIndex id) {
+    const Int3 base = position(id);
+    for (int a = 0; a < 3; ++a)
+      if (!grid_.periodic[static_cast<std::size_t>(a)] && base[static_cast<std::size_t>(a)] + width() > grid_.n_nodes(a))
+        return;
+    places.push_back({grid_.node_number(base), id});
+  };
   for (LocalIndex id = 0; id < n_own_ids_; ++id) add(id);
   for (const Neighbour& known : neighbours_)
     for (const LocalIndex id : known.received) add(id);
@@ -345,8 +352,8 @@ void CellGrid::find_rows(const std::vector<std::array<LocalIndex, 8>>& above, co
       const auto& rows = stencils[static_cast<std::size_t>(id % tile_nodes)].rows;
       LocalIndex* const first = rows_.data() + static_cast<std::size_t>(id) * rows.size();
       for (std::size_t r = 0; r < rows.size(); ++r)
-        if (const LocalIndex tile = above[static_cast<std::size_t>(id / tile_nodes)][rows[r].above]; tile >= 0)
-          first[r] = numbers[static_cast<std::size_t>(tile * tile_nodes + rows[r].place)];
+        first[r] = numbers[static_cast<std::size_t>(
+            above[static_cast<std::size_t>(id / tile_nodes)][rows[r].above] * tile_nodes + rows[r].place)];
     }
   };
   if (grid_.order == SplineOrder::quadratic)

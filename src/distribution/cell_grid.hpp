@@ -21,7 +21,7 @@ class CellGrid {
   LocalIndex n_own_ids() const { return n_own_ids_; }
   LocalIndex n_ids() const { return static_cast<LocalIndex>(tiles_.size()) * tile_nodes; }
   LocalIndex n_nodes() const { return n_nodes_; }
-  /// The ids of all cells here in the order of their places in the grid, z fastest.
+  /// The ids of all cells here that particles can be in, in the order of their places in the grid, z fastest.
   std::span<const LocalIndex> order() const { return order_; }
 
   /// Where the rows of a cell's stencil along z begin, y fastest: numbers of nodes, of which each row has stencil_width that

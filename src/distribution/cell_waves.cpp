@@ -17,7 +17,6 @@ CellWaves::CellWaves(const CellGrid& cells, std::span<const CellGrid::Copy> join
     }
     plane_.push_back(n_waves_ - 1);
     for (const LocalIndex first : cells.rows(id)) {
-      if (first < 0) continue;
       for (LocalIndex n = first; n < first + width; ++n) node_[static_cast<std::size_t>(n)] = n_waves_ - 1;
       end = end_.back() = std::max(end, first + width);
     }
@@ -38,10 +37,8 @@ CellWaves::CellWaves(const CellGrid& cells, std::span<const CellGrid::Copy> join
   }
   for (const LocalIndex id : cells.order()) {
     LocalIndex& wave = cell_[static_cast<std::size_t>(id)];
-    for (const LocalIndex first : cells.rows(id)) {
-      if (first < 0) continue;
+    for (const LocalIndex first : cells.rows(id))
       for (LocalIndex n = first; n < first + width; ++n) wave = std::max(wave, node_[static_cast<std::size_t>(n)]);
-    }
   }
 }
 

@@ -131,6 +131,21 @@ TEST_F(EnergyBudgetTest, ClosesForAllLaws) {
   }
 }
 
+// With an implicit pressure as well, whose impulses come after the explicit forces and before contact; some laws leave it out.
+TEST_F(EnergyBudgetTest, ClosesWithAnImplicitPressure) {
+  for (const TransferSettings& transfer : some_transfers())
+    for (const bool all_laws : {false, true}) {
+      SCOPED_TRACE(testing::Message() << static_cast<int>(transfer.scheme) << " order " << static_cast<int>(transfer.order)
+                                      << (all_laws ? " all laws" : " contact"));
+      SolverScene scene = all_laws ? every_law_scene(transfer) : contact_scene(transfer);
+      make_implicit(scene.physics);
+      const Ran shared = run(comm, scene, 30);
+      EXPECT_LT(imbalance(shared.account), 1e-12);
+      EXPECT_GT(shared.account.dissipated, 0.0);
+      EXPECT_EQ(shared.words, run(self, scene, 30).words);
+    }
+}
+
 // Another map of the tiles and a restart from the words leave every bit as it is.
 TEST_F(EnergyBudgetTest, ContinuesThroughRestartAndRepartition) {
   for (const TransferScheme scheme : {TransferScheme::apic, TransferScheme::blend, TransferScheme::moment_flip}) {

@@ -71,7 +71,7 @@ class GaugesTest : public testing::Test {
   }
 
   // Momentum before + weight - what the walls received = momentum after.
-  void expect_balance(const SolverScene& scene, const std::string& what) {
+  void expect_balance(const SolverScene& scene, const std::string& what, double rounding = 1e-11) {
     const auto solver = started(comm, scene);
     const Vec3 before = momentum(comm, *solver);
     const double mass = diagnose(comm, scene.physics, solver->particles()).mass;
@@ -85,7 +85,7 @@ class GaugesTest : public testing::Test {
     }
     EXPECT_GT(largest, 0.05 * before.norm()) << what << ": the walls take part";
     const Vec3 expected = before + n_steps * dt * mass * scene.physics.gravity - taken;
-    EXPECT_LE((momentum(comm, *solver) - expected).norm(), 1e-11 * largest) << what << ": to the rounding of nodal sums";
+    EXPECT_LE((momentum(comm, *solver) - expected).norm(), rounding * largest) << what << ": to the rounding of nodal sums";
   }
 };
 
@@ -137,6 +137,27 @@ TEST_F(GaugesTest, SoDoCollidersThatMove) {
     for (std::size_t c = 0; c < 2; ++c)
       EXPECT_EQ(received(*solver, n_faces + c).impulse, solver->contact_impulses().impulse(c))
           << "a gauge on all of a collider has the collider's own sums";
+  }
+}
+
+// Pressures that walls and colliders take inside the pressure system are in their impulses.
+TEST_F(GaugesTest, SoDoAllOfThemUnderAnImplicitPressure) {
+  for (const TransferSettings& transfer : {some_transfers()[0], some_transfers()[3]}) {
+    SolverScene scene = contact_scene(transfer);
+    Collider& paddle = scene.physics.colliders.emplace_back();
+    paddle.name = "paddle";
+    paddle.shape = {Box{Vec3(-0.3, 0.25, 0.1), Vec3(0.0, 0.9, 0.3)}};
+    paddle.contact = Contact::separating;
+    paddle.friction = 0.3;
+    paddle.motion.velocity = Vec3(1.0, 0.0, 0.2);
+    settle_center(paddle);
+    add_every_wall(scene.physics);
+    make_implicit(scene.physics);
+    expect_balance(scene, "implicit, " + describe(transfer), 1e-12);
+    const auto together = started(comm, scene), alone = started(self, scene);
+    advance(*together, n_steps);
+    advance(*alone, n_steps);
+    EXPECT_EQ(together->contact_impulses().words(), alone->contact_impulses().words()) << describe(transfer);
   }
 }
 

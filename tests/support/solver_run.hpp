@@ -142,6 +142,15 @@ inline SolverScene every_law_scene(const TransferSettings& transfer) {
   return scene;
 }
 
+/// Gives the scene integrator imex: all materials that have a volumetric part with the bulk modulus of water.
+inline void make_implicit(Physics& physics) {
+  physics.time_stepping.integrator = IntegratorKind::imex;
+  for (NamedMaterial& named : physics.materials) {
+    physics.volumetric_laws.push_back(volumetric_law(with_bulk_modulus(named.material, 2.2e9)));
+    named.material = without_volumetric_law(named.material);
+  }
+}
+
 /// The transfers whose code paths differ most, for tests that need not run through all.
 inline std::vector<TransferSettings> some_transfers() {
   return {{.scheme = TransferScheme::apic, .order = SplineOrder::quadratic, .gradient = GradientForm::mls},
@@ -178,6 +187,7 @@ inline ParticleSet share_of(const Comm& comm, const ParticleSet& all, OptionalFi
 inline OptionalFields fields_of(const Physics& physics) {
   OptionalFields fields = internal_fields(physics.materials);
   if (physics.transfer.needs_velocity_gradient()) fields.insert(Field::velocity_gradient);
+  if (!physics.volumetric_laws.empty()) fields.insert(Field::cell_mean_stress);
   return fields;
 }
 
