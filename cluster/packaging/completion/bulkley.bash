@@ -11,7 +11,8 @@ _bulkley() {
       "bench --scheme") words="pic flip blend apic moment_flip" ;;
       "bench --order") words="quadratic cubic" ;;
       "bench --gradient") words="mls bspline" ;;
-      "bench --only") words="floor cases sizes domain memory ranks" ;;
+      "bench --integrator") words="explicit imex" ;;
+      "bench --only") words="floor cases sizes domain memory ranks imex" ;;
       "command-reference --format") words="markdown man bash zsh" ;;
     esac
   fi
@@ -26,7 +27,7 @@ _bulkley() {
       status) words="--watch --json --help" ;;
       report) words="--out --help" ;;
       rheometer) words="--material --preset --set --mode --rates --stresses --amplitudes --frequencies --strain --duration --durations --pressure --strain-per-step --largest-strain --tolerance --points --out --plot --fit --weights --fix --range --name --density --speed --help" ;;
-      bench) words="--json --io --particles --material --steps --scheme --order --gradient --no-naive --no-one-rank --suite --small --only --help" ;;
+      bench) words="--json --io --particles --material --steps --scheme --order --gradient --integrator --no-naive --no-one-rank --suite --small --only --help" ;;
       input-reference) words="--help" ;;
       command-reference) words="--format --help" ;;
       presets) words="--markdown --help" ;;
