@@ -3,6 +3,7 @@
     measure         rebound, spreading, pieces, collision and spin of runs
     scaling-model   predicts runs on many ranks from tables of `bulkley partition`
     adaptive-gain   what the adaptive time step gains on the scenes of the figures
+    imex-gain       what the implicit pressure costs and changes on them
     fit-front       finds the flow curve of a fluid from a front that was filmed, by running the solver
     plot-rheometer  draws a table of `bulkley rheometer` (the program calls it for --plot)
     report          writes the page of `bulkley report` (the program calls it)
@@ -14,7 +15,7 @@ import importlib
 import pathlib
 import sys
 
-TOOLS = ("measure", "scaling-model", "adaptive-gain", "fit-front", "plot-rheometer", "report")
+TOOLS = ("measure", "scaling-model", "adaptive-gain", "imex-gain", "fit-front", "plot-rheometer", "report")
 CALLED_BY_PROGRAM = ("plot-rheometer", "report")  # which says by itself what is missing
 MODULE_MISSING = 4
 OLDEST_PYTHON = (3, 11)

@@ -56,10 +56,11 @@ FIGURES = {
 
 @dataclasses.dataclass
 class Outcome:
-    """Result of a run. `fault` is empty if it reached its end with its energy in bounds."""
+    """Result of a run. `fault` is empty if it reached its end with its energy in bounds; `processor_time`: s, of all ranks."""
     name: str
     folder: pathlib.Path
     fault: str
+    processor_time: float
 
 
 class Study:
@@ -91,15 +92,17 @@ class Study:
             print(" ".join(command))
             return None
         if not (log.is_file() and json.loads(log.read_text(encoding="utf-8")).get("identity") == identity):
+            begin = children_time()
             process = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, errors="replace",
                                      check=False)
             if process.returncode == 2:
                 sys.exit(f"adaptive-gain: {process.stdout}{process.stderr}")
             fault = said(process.stderr) if process.returncode else ""
             folder.mkdir(parents=True, exist_ok=True)  # a step that is refused at once leaves none
-            log.write_text(json.dumps({"identity": identity, "fault": fault}), encoding="utf-8")
-        fault = json.loads(log.read_text(encoding="utf-8"))["fault"]
-        outcome = Outcome(name, folder, fault or energy_fault(EndedRun(folder)))
+            entry = {"identity": identity, "fault": fault, "processor_time": children_time() - begin}
+            log.write_text(json.dumps(entry), encoding="utf-8")
+        entry = json.loads(log.read_text(encoding="utf-8"))
+        outcome = Outcome(name, folder, entry["fault"] or energy_fault(EndedRun(folder)), entry["processor_time"])
         print(f"figure {self.figure}, {name}: {outcome.fault or 'ended'}", file=sys.stderr, flush=True)
         return outcome
 
@@ -114,6 +117,12 @@ class Study:
             if name == f"{table}.{key}":
                 return float(value)
         return tomllib.loads(self.scene.read_text(encoding="utf-8"))[table][key]
+
+
+def children_time():
+    """Processor time of the programs that have ended, s."""
+    times = os.times()
+    return times.children_user + times.children_system
 
 
 def said(text):
@@ -314,8 +323,8 @@ def report(studies):
     return "\n\n".join(parts)
 
 
-def parse_arguments():
-    parser = argparse.ArgumentParser(description=__doc__,
+def parse_arguments(description=__doc__):
+    parser = argparse.ArgumentParser(description=description,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--figures", default=",".join(FIGURES), help=f"of {', '.join(FIGURES)}; default: all")
     parser.add_argument("--size", choices=("small", "default"), default="small",
