@@ -29,6 +29,9 @@ from study import Run, toml  # noqa: E402
 
 DIGITS = 5                            # significant digits of what records keep
 TRANSFERS = ("", "moment_flip", "apic")  # schemes of long runs; empty: the program's default
+TRUE_MODULUS = 2.2e9                  # Pa, bulk modulus of water
+# What limits the time step in an implicit run, with the program's defaults.
+LIMITS = {"time.cfl": 0.5, "time.elastic_cfl": 0.4, "time.viscous_cfl": 0.5, "time.deformation_limit": 0.1}
 
 
 @dataclass
@@ -44,6 +47,18 @@ class Plan:
         """With the transfer, if it is not the program's default."""
         return self.sets if self.transfer == default else {**self.sets, "transfer.scheme": self.transfer}
 
+    def imex(self, material, limits=1.0):
+        """The same run with the implicit pressure and the true bulk modulus of water for `material`; all limits of the time step
+        are multiplied by `limits`."""
+        sets = {**self.sets, "time.integrator": "imex", f"materials.{material}.bulk_modulus": TRUE_MODULUS}
+        facts = {**self.facts, "bulk_modulus": TRUE_MODULUS}
+        key = f"{self.key}, imex"
+        if limits != 1.0:
+            sets |= {name: limits * value for name, value in LIMITS.items()}
+            facts["limits"] = limits
+            key += f", limits times {limits:g}"
+        return Plan(key, sets, facts, self.transfer, self.limit)
+
 
 class Case:
     """Derived classes set the texts and define plans, measure and judge."""
@@ -54,6 +69,10 @@ class Case:
     def plans(self, long):
         """The runs, as a list of Plan."""
         raise NotImplementedError
+
+    def imex_plans(self, long):
+        """The runs of `--imex`, as a list of Plan made by Plan.imex; empty if the case has none."""
+        return []
 
     def measure(self, run, plan):
         """What a run gave: {name: number or list of numbers}."""
@@ -163,8 +182,18 @@ def record_of(case, run, plan, default, program):
     history = run.history()
     return {"key": plan.key, "transfer": scene["transfer"]["scheme"], "default_transfer": default,
             "date": datetime.datetime.now(datetime.timezone.utc).strftime("%Y-%m-%d %H:%M"), "commit": commit(program),
-            "seconds": round(run.seconds), "steps": int(history["step"][-1]), "particles": int(history["particles"][0]),
+            "integrator": scene["time"]["integrator"], "seconds": round(run.seconds), "steps": int(history["step"][-1]),
+            "particles": int(history["particles"][0]), "smallest_volume_ratio": rounded(history["min_volume_ratio"].min()),
             **plan.facts, **{name: rounded(value) for name, value in case.measure(run, plan).items()}}
+
+
+def integrator_of(record):
+    """"explicit" or "imex". Records of the time when all runs were explicit do not state it."""
+    return record.get("integrator", "explicit")
+
+
+def is_imex(record):
+    return integrator_of(record) == "imex"
 
 
 def label_of(record):
@@ -199,6 +228,7 @@ def main(case):
     """Makes the runs, keeps their records, judges them; ends the process, with 1 if a gate was missed."""
     def add(parser):
         parser.add_argument("--long", action="store_true", help="the runs of docs/validation.md")
+        parser.add_argument("--imex", action="store_true", help="the runs with the implicit pressure instead of the explicit ones")
         parser.add_argument("--results", help="folder for the records; default: the work folder")
         parser.add_argument("--only", default="", help="make only the runs whose key matches this regular expression")
         parser.add_argument("--transfer", default="", help="transfer scheme of all runs; default: as the case plans")
@@ -206,7 +236,8 @@ def main(case):
         parser.add_argument("--keep", action="store_true", help="keep frames and checkpoints")
         parser.add_argument("--list", action="store_true", help="print the keys of the runs and end")
     arguments = parse_arguments(f"{case.title}. {case.source}", add)
-    plans = [plan for plan in case.plans(arguments.long) if re.search(arguments.only, plan.key)]
+    planned = case.imex_plans(arguments.long) if arguments.imex else case.plans(arguments.long)
+    plans = [plan for plan in planned if re.search(arguments.only, plan.key)]
     if arguments.list:
         print("\n".join(f"{plan.key}{', ' if plan.transfer else ''}{plan.transfer}" for plan in plans))
         return

@@ -30,8 +30,9 @@ their sources in `tests/validation/measured`.
 
 Gates are for the program's default transfer; the tables also have others. Some runs take long. What was measured on each run is
 kept as a record with date and commit in `tests/validation/results`, and the page is made of the records: a run that is made
-again replaces its own numbers, and runs that nobody could wait for are missing in the tables. `case.py --long --only REGEX --transfer SCHEME`
-makes single runs. Errors are signed where a sign makes sense: positive means that the simulation is ahead, larger or longer.
+again replaces its own numbers, and runs that nobody could wait for are missing in the tables. `case.py --long [--imex] --only REGEX
+--transfer SCHEME` makes single runs; `--imex`, those with the [implicit pressure](theory.md#implicit-pressure) and the true bulk
+modulus of water, 2.2e9 Pa, which the dam breaks have beside the explicit runs with a softened fluid. Errors are signed where a sign makes sense: positive means that the simulation is ahead, larger or longer.
 """
 END = """## What is not validated
 

@@ -7,7 +7,7 @@ import sys
 import numpy
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
-from comparison import TRANSFERS, Case, Plan, frames, main, measured, schemes_of  # noqa: E402
+from comparison import TRANSFERS, Case, Plan, frames, integrator_of, is_imex, main, measured, schemes_of  # noqa: E402
 
 A, G = 0.05715, 9.81                     # m, width of the column; m/s^2
 SHIFTS = numpy.arange(0.0, 0.3501, 0.01)  # of T, allowed: the simulation leads
@@ -38,6 +38,9 @@ class MartinMoyce(Case):
             return [plan(CELLS[0])]
         wanted = [(cells, "slip") for cells in (*CELLS, 64)] + [(FINE, "sticky")]
         return [plan(*entry, transfer) for entry in wanted for transfer in TRANSFERS]
+
+    def imex_plans(self, long):
+        return [made.imex("water") for made in self.plans(long)]
 
     def measure(self, run, plan):
         half = 0.25 * A / plan.facts["cells"]
@@ -72,15 +75,15 @@ class MartinMoyce(Case):
         schemes = schemes_of(records)
         factor = COARSE if sheet.short else 1.0
         rows = []
-        for record in sorted(records.values(), key=lambda record: (schemes.index(record["transfer"]), record["cells"],
-                                                                   record["floor"])):
+        for record in sorted(records.values(), key=lambda record: (schemes.index(record["transfer"]), integrator_of(record),
+                                                                   record["cells"], record["floor"])):
             slope, shift, front, height = self.facts(record)
-            rows.append([record["transfer"], record["cells"], record["floor"], f"{100 * slope:+.1f} %", f"{shift:.2f}",
+            rows.append([record["transfer"], integrator_of(record), record["cells"], record["floor"], f"{100 * slope:+.1f} %", f"{shift:.2f}",
                          f"{front:.3f}",
                          f"{height:.3f}", record["particles"], record["steps"], record.get("date", "").split()[0],
                          record["commit"]])
             if record["transfer"] == schemes[0] and record["floor"] == "slip" and (sheet.short or record["cells"] == FINE):
-                where = f", {record['cells']} cells over the width"
+                where = f", {record['cells']} cells over the width{', imex' if is_imex(record) else ''}"
                 sheet.gate(f"slope of the front{where}", slope, SLOPE * factor)
                 sheet.gate(f"front after one shift of time, in Z{where}", front, FRONT * factor,
                            note=f"shift {shift:.2f} in T")
@@ -88,7 +91,7 @@ class MartinMoyce(Case):
         sheet.say("`T = t sqrt(2 g/a)`, `Z = front/a`; `tau = t sqrt(g/a)`, `H = height/(2 a)`; the measured slope of the "
                   "front over "
                   "1.43 <= T <= 3.33 is 1.319. Heights are compared to tau = 4.2.")
-        sheet.table(["transfer", "cells over a", "floor", "slope", "shift of T", "largest miss of Z with it",
+        sheet.table(["transfer", "integrator", "cells over a", "floor", "slope", "shift of T", "largest miss of Z with it",
                      "largest miss of H",
                      "particles", "steps", "date", "commit"], rows)
 
@@ -102,9 +105,10 @@ class MartinMoyce(Case):
                 axis.plot(x, y, "ko", ms=4, label="Martin, Moyce")
                 axis.set(xlabel=x_label, ylabel=y_label)
             for record in records.values():
-                style = {"color": f"C{schemes.index(record['transfer'])}", "lw": 1.2,
+                color = len(schemes) if is_imex(record) else 0
+                style = {"color": f"C{schemes.index(record['transfer']) + color}", "lw": 1.2,
                          "ls": {16: ":", 32: "-", 64: "--"}[record["cells"]] if record["floor"] == "slip" else "-."}
-                label = f"{record['transfer']}, {record['cells']} cells, {record['floor']}"
+                label = f"{record['transfer']}, {integrator_of(record)}, {record['cells']} cells, {record['floor']}"
                 time = numpy.array(record["time"])
                 axes[0].plot(time * (2 * G / A)**0.5, numpy.array(record["front"]) / A, label=label, **style)
                 time = numpy.array(record["height_time"])

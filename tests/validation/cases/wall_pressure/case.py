@@ -8,7 +8,7 @@ import sys
 import numpy
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
-from comparison import TRANSFERS, Case, Plan, main, measured, schemes_of  # noqa: E402
+from comparison import TRANSFERS, Case, Plan, integrator_of, is_imex, main, measured, schemes_of  # noqa: E402
 
 H, G, RHO, TANK = 0.6, 9.81, 1000.0, 3.22
 UNIT = (H / G)**0.5        # s
@@ -38,6 +38,9 @@ class WallPressure(Case):
             return [plan(20)]
         return [plan(cells, transfer) for cells in (20, 40, 80) for transfer in TRANSFERS]
 
+    def imex_plans(self, long):
+        return [made.imex("water") for made in self.plans(long)]
+
     def measure(self, run, plan):
         history = run.history()
         time = history["time_s"]
@@ -61,12 +64,17 @@ class WallPressure(Case):
         points = measured("dam_break_wall_pressure_P1")[0]
         t, p = points["t_sqrt_g_over_H"], points["p_over_rho_g_H"]
         level = numpy.mean(numpy.interp(numpy.linspace(*PLATEAU, 200), t, p))
-        finest = max(record["cells"] for record in records.values() if record["transfer"] == schemes[0])
+        finest = {integrator: max(record["cells"] for record in records.values()
+                                  if record["transfer"] == schemes[0] and integrator_of(record) == integrator)
+                  for integrator in map(integrator_of, records.values())}
         rows = []
-        for record in sorted(records.values(), key=lambda r: (schemes.index(r["transfer"]), r["cells"])):
+        for record in sorted(records.values(), key=lambda r: (schemes.index(r["transfer"]), integrator_of(r), r["cells"])):
+            integrator = integrator_of(record)
+            where = f"{record['cells']} cells over H{', imex' if is_imex(record) else ''}"
+            gated = record["transfer"] == schemes[0] and record["cells"] == finest[integrator]
             time, pressure = numpy.array(record["time"]) / UNIT, numpy.array(record["pressure"]) / (RHO * G * H)
             if sheet.short:
-                sheet.gate(f"arrival of the water at the wall, {finest} cells over H", record["touches"] / UNIT / t[0] - 1.0, COARSE)
+                sheet.gate(f"arrival of the water at the wall, {where}", record["touches"] / UNIT / t[0] - 1.0, COARSE)
                 continue
             arrival = self.arrival(time, pressure)
             shift = self.arrival(t, p) - arrival
@@ -75,14 +83,14 @@ class WallPressure(Case):
             beside = [numpy.mean(numpy.array(record[gauge])[(time > PLATEAU[0]) & (time < PLATEAU[1])]) / (RHO * G * H)
                       for gauge in ("low", "high")]
             peak = pressure[(time > 2.4 - shift) & (time < 3.0 - shift)].max()
-            rows.append([record["transfer"], record["cells"], f"{record['touches'] / UNIT:.3f}",
+            rows.append([record["transfer"], integrator, record["cells"], f"{record['touches'] / UNIT:.3f}",
                          f"{arrival:.3f}", f"{100 * errors[0]:+.1f} %", f"{found:.3f}",
                          f"{100 * errors[1]:+.1f} %", *(f"{b:.2f}" for b in beside), f"{peak:.2f}",
                          record["particles"], record["steps"],
                          record["date"].split()[0], record["commit"]])
-            if record["transfer"] == schemes[0] and record["cells"] == finest:
-                sheet.gate(f"arrival at the gauge, {finest} cells over H", errors[0], ARRIVAL)
-                sheet.gate(f"plateau of the pressure, {finest} cells over H", errors[1], LEVEL)
+            if gated:
+                sheet.gate(f"arrival at the gauge, {where}", errors[0], ARRIVAL)
+                sheet.gate(f"plateau of the pressure, {where}", errors[1], LEVEL)
         if sheet.short:
             return
         sheet.say(f"Times are in units of sqrt(H/g), pressures of rho g H; arrival is where the pressure exceeds {ARRIVED}, the "
@@ -103,18 +111,19 @@ class WallPressure(Case):
         sheet.say("Three slip colliders as the wall (20 cells over H, plateau without a shift 0.40, with the face 0.32) show no jump "
                   "either. They give more because a slip collider holds nodes up to 3/4 of a cell in front of it and beyond its "
                   "edges: the middle one, three cells high, has four rows of nodes.")
-        sheet.table(["transfer", "cells over H", "water at the wall", "arrival", "error", "plateau", "error",
+        sheet.table(["transfer", "integrator", "cells over H", "water at the wall", "arrival", "error", "plateau", "error",
                      "45 mm lower, no shift", "higher", "first peak (not gated)", "particles", "steps", "date", "commit"],
-                    [["measured", "", "", f"{self.arrival(t, p):.3f}", "", f"{level:.3f}", "", "", "", f"{p[t < 3].max():.2f}", "", "",
+                    [["measured", "", "", "", f"{self.arrival(t, p):.3f}", "", f"{level:.3f}", "", "", "", f"{p[t < 3].max():.2f}", "", "",
                       "", ""], *rows])
 
         def draw(axes):
             axes.plot(t, p, "ko-", ms=3, lw=0.6, label="measured")
             for record in records.values():
+                imex = is_imex(record)
                 axes.plot(numpy.array(record["time"]) / UNIT, numpy.array(record["pressure"]) / (RHO * G * H), lw=1.0,
-                          color=f"C{schemes.index(record['transfer'])}", ls={20: ":", 40: "-", 80: "--"}[record["cells"]],
-                          label=f"{record['transfer']}, {record['cells']} cells over H")
-                if record["cells"] == finest and record["transfer"] == schemes[0]:
+                          color=f"C{schemes.index(record['transfer']) + (len(schemes) if imex else 0)}", ls={20: ":", 40: "-", 80: "--"}[record["cells"]],
+                          label=f"{record['transfer']}, {integrator_of(record)}, {record['cells']} cells over H")
+                if not imex and record["cells"] == finest["explicit"] and record["transfer"] == schemes[0]:
                     low, high = (numpy.array(record[gauge]) / (RHO * G * H) for gauge in ("low", "high"))
                     axes.fill_between(numpy.array(record["time"]) / UNIT, high, low, color="C0", alpha=0.15, lw=0.0,
                                       label="gauge 45 mm lower to 45 mm higher")
