@@ -1,4 +1,4 @@
-"""What the implicit pressure costs and changes: every figure with the explicit step and with `imex`, as tables in Markdown.
+"""What the implicit pressure costs and changes: every figure with the explicit step and with `imex`, as a table in Markdown.
 
     python3 -m bulkley imex-gain [--figures 1,8-pie] [--size small|default] [--ranks 2] [--finer] [--out DIR]
 
@@ -7,12 +7,12 @@ with the implicit pressure and a real one, 2e9 Pa. What an explicit run with the
 of its waves. `--finer` adds runs on cells of half the width: an explicit one, for both runs with the scene's modulus, and an
 implicit one with the real modulus. Processor times are given over that of the explicit run: other work on the machine changes
 them less than wall times, and a ratio means the same on other machines. Use one rank, because ranks that wait count. Runs
-that are in --out already are not repeated. What the tables mean: docs/adaptive-step.md. Needs numpy and h5py.
+that are in --out already are not repeated. What the table means: docs/adaptive-step.md. Needs numpy and h5py.
 """
 
 import math
 
-from bulkley.adaptive_gain import Study, center_difference, limiter_shares, parse_arguments
+from bulkley.adaptive_gain import Study, center_difference, parse_arguments
 from bulkley.markdown import markdown
 from bulkley.run import EndedRun
 
@@ -42,8 +42,7 @@ def study_figure(figure, options):
     finer_stiff = ended(study, "finer_imex_real", [*finer, *real]) if options.finer else None
     modulus = f"{scene.scene['materials'][material]['bulk_modulus']:.3g}"
     real_modulus = f"{REAL_MODULUS:.3g}"
-    return {"figure": figure, "particles": int(scene.history["particles"][0]),
-            "rows": [describe("explicit", modulus, scene, scene, finer_scene), describe("imex", modulus, softened, scene, finer_scene),
+    return {"figure": figure, "rows": [describe("explicit", modulus, scene, scene, finer_scene), describe("imex", modulus, softened, scene, finer_scene),
                      describe("imex", real_modulus, stiff, scene, finer_stiff),
                      estimate("explicit, estimated", real_modulus, scene, material)]}
 
@@ -66,8 +65,7 @@ def describe(name, modulus, run, explicit, finer):
     implicit = "pressure_iterations" in history
     return {"run": name, "modulus": modulus, "steps": int(history["step"][-1]), "time": run.processor_time / explicit.processor_time,
             "iterations": mean_iterations(history) if implicit else None, "rejected": int(history["rejected_steps"][-1]),
-            "shares": limiter_shares(run), "smallest": float(history["min_volume_ratio"].min()),
-            "largest": float(history["max_volume_ratio"].max()), "volume_error": float(history["volume_error"].max()),
+            "smallest": float(history["min_volume_ratio"].min()), "volume_error": float(history["volume_error"].max()),
             "finer": center_difference(run, finer) if finer else None, "explicit": center_difference(run, explicit)}
 
 
@@ -85,20 +83,22 @@ def estimate(name, modulus, run, material):
     return {"run": name, "modulus": modulus, "steps": round(steps), "time": steps / run.history["step"][-1]}
 
 
-def table(study):
+def table(studies):
+    """One row a run."""
     rows = []
-    for row in study["rows"]:
-        cells = [row["run"], row["modulus"], str(row["steps"]), f"{row['time']:.2f}" if row["time"] < 10 else f"{row['time']:.0f}"]
-        if "shares" in row:
-            shares = ", ".join(f"{name} {share:.0f}" for name, share in row["shares"].items() if share >= 2.0)
-            cells += ["-" if row["iterations"] is None else f"{row['iterations']:.1f}", str(row["rejected"]), shares,
-                      f"{row['smallest']:.2f}", f"{row['largest']:.2f}", f"{row['volume_error']:.1e}",
-                      "-" if row["finer"] is None else f"{row['finer']:.1f}", f"{row['explicit']:.1f}"]
-        else:
-            cells += [""] * 8
-        rows.append(cells)
-    return markdown(["run", "bulk modulus [Pa]", "steps", "processor time over the explicit run's", "iterations a step", "rejected steps",
-                     "limited by [% of steps]", "smallest volume ratio", "largest", "largest rms volume error",
+    for study in studies:
+        for row in study["rows"]:
+            cells = [study["figure"], row["run"], row["modulus"], str(row["steps"]),
+                     f"{row['time']:.2f}" if row["time"] < 10 else f"{row['time']:.0f}"]
+            if "smallest" in row:
+                cells += ["-" if row["iterations"] is None else f"{row['iterations']:.1f}", str(row["rejected"]),
+                          f"{row['smallest']:.2f}", f"{row['volume_error']:.1e}",
+                          "-" if row["finer"] is None else f"{row['finer']:.1f}", f"{row['explicit']:.1f}"]
+            else:
+                cells += ["-"] * 6
+            rows.append(cells)
+    return markdown(["figure", "run", "bulk modulus [Pa]", "steps", "processor time over the explicit run's", "iterations a step",
+                     "rejected steps", "smallest volume ratio", "largest rms volume error",
                      "centre of mass off from finer cells [%]", "and from the explicit run [%]"], rows)
 
 
@@ -106,7 +106,7 @@ def main():
     options = parse_arguments(__doc__)
     studies = [study_figure(figure, options) for figure in options.figures]
     if not options.dry_run:
-        print("\n\n".join(f"### Figure {study['figure']}, {study['particles']} particles\n\n{table(study)}" for study in studies))
+        print(table(studies))
 
 
 if __name__ == "__main__":
