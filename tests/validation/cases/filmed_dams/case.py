@@ -105,7 +105,7 @@ class FilmedDams(Case):
 
     def scheme(self, records, scheme, sheet, gated, imex=False):
         """The table of one transfer with one integrator, and its gates if the transfer is the default."""
-        rows, finals = [], []
+        rows, finals = [], {}
         for box in BOXES:
             film = films.Film(box)
             for cell in (COARSE, FINE):
@@ -118,23 +118,23 @@ class FilmedDams(Case):
                 rows.append([film.title, f"{1e3 * cell:g} mm", f"{worst:.3f}", f"{last:+.3f}", f"{sigmas:+.1f}",
                              f"{1e3 * shift:+.0f} ms", f"{worst_shifted:.3f}", f"{last_shifted:+.3f}",
                              f"{record['particles']}", f"{record['steps']}", record["date"].split()[0], record["commit"]])
-                if cell == FINE:
-                    finals.append(last)
-                    if gated:
-                        where = f"{film.title}{', imex' if imex else ''}"
-                        sheet.gate(f"{where}: reach in frames 3 to 8, instant release", worst, FRAMES_3_TO_8)
-                        sheet.gate(f"{where}: reach in frames 3 to 8, with one shift of time", worst_shifted, SHIFTED,
-                                   note=f"t0 = {1e3 * shift:+.0f} ms")
-                        sheet.gate(f"{where}: reach in frame 8", last, LAST)
+                finals.setdefault(cell, []).append(last)
+                if cell == FINE and gated:
+                    where = f"{film.title}{', imex' if imex else ''}"
+                    sheet.gate(f"{where}: reach in frames 3 to 8, instant release", worst, FRAMES_3_TO_8)
+                    sheet.gate(f"{where}: reach in frames 3 to 8, with one shift of time", worst_shifted, SHIFTED,
+                               note=f"t0 = {1e3 * shift:+.0f} ms")
+                    sheet.gate(f"{where}: reach in frame 8", last, LAST)
         if not rows:
             return
-        many = f"{len(finals)} box{'es' if len(finals) > 1 else ''}"
-        if finals and gated:
-            sheet.gate(f"mean signed error of frame 8, {many}{', imex' if imex else ''}", float(numpy.mean(finals)), MEAN)
-        sheet.say((f"Implicit pressure (`imex`) with the bulk modulus of water, {TRUE_MODULUS:g} Pa, and the shear modulus of the "
+        means = [f"{numpy.mean(errors):+.3f} (cells of {1e3 * cell:g} mm, {len(errors)} boxes)" for cell, errors in finals.items()]
+        if FINE in finals and gated:
+            sheet.gate(f"mean signed error of frame 8, {len(finals[FINE])} boxes{', imex' if imex else ''}",
+                       float(numpy.mean(finals[FINE])), MEAN)
+        sheet.say((f"Implicit pressure (`imex`) with the bulk modulus of water, {TRUE_MODULUS / 1e9:g} GPa, and the shear modulus of the "
                    f"softened fluid; transfer `{scheme}`" if imex else f"Transfer `{scheme}`")
-                  + (" (the program's default)" if gated else "") + ", errors over the film's reach in frame 8"
-                  + (f"; mean of frame 8 over the {many} with cells of 1 mm {numpy.mean(finals):+.3f}:" if finals else ":"))
+                  + (" (the program's default)" if gated else "") + ", errors over the film's reach in frame 8; mean of frame 8 "
+                  + ", ".join(means) + ":")
         sheet.table(["film", "cells", "worst of frames 3 to 8", "frame 8", "the same in sigma", "t0", "worst with t0",
                      "frame 8 with t0",
                      "particles", "steps", "date", "commit"], rows)
@@ -215,7 +215,7 @@ class FilmedDams(Case):
                 films.draw(axis, films.Film(box), [curve for curve in wanted if curve[0]])
             for axis in axes[len(BOXES):]:
                 axis.axis("off")
-        sheet.picture("filmed_dams_imex", f"Implicit pressure with {TRUE_MODULUS:g} Pa, and the softened explicit runs, `{scheme}`; "
+        sheet.picture("filmed_dams_imex", f"Implicit pressure with {TRUE_MODULUS / 1e9:g} GPa, and the softened explicit runs, `{scheme}`; "
                                           "not shifted.", draw, 3, 2, (4.2, 3.2))
 
     def limits(self, records, schemes, sheet):
