@@ -101,6 +101,8 @@ class WallPressure(Case):
                   "`y = (4 d/pi) (atan q + artanh q)`, `p = rho U^2 (1 - q^2)/2`: off by 11, 6 and 7 % with 4, 8 and 16 cells "
                   "over d (root mean square to y = 3.5 d), and the force on the wall is 0.95 to 0.97 of `rho U^2 d`. "
                   "A slip collider and a separating face give much the same.")
+        sheet.say("Nor is it the softened water: with the implicit pressure and the bulk modulus of water, 2.2 GPa (`imex`), arrival and "
+                  "plateau are off by as much.")
         sheet.say("The water is at the wall 0.1 before the measured pressure begins to rise. It comes as a sheet of 0.11 H at "
                   "1.5 sqrt(g H), later 0.18 H at 1.1. By that theory such sheets would give 0.31 (at t = 3) to 0.41 (at 4) at the "
                   "gauge, which lies at 0.19 H to 0.34 H, where the pressure on the wall falls off: less than measured, and no jump to "
