@@ -253,6 +253,8 @@ def main(case):
             continue
         made.add((plan.key, plan.transfer))
         record = case.execute(plan, program, work, arguments, default)
+        if arguments.imex and not is_imex(record):
+            fail(f"{plan.key} ran with the explicit step")
         records = {**load(file), label_of(record): record}
         store(file, records)
     sheet = Sheet(short=not arguments.long)
