@@ -20,7 +20,8 @@ PARALLEL_HEADERS = re.compile(r"^(mpi\.h|petsc\w*\.h|hdf5\w*\.h|H5\w*\.h)$")
 # MPI and PETSc: inside the checking macro. HDF5: its result must at least be used, because a reader turns failures into
 # sentences of its own; a call that is a statement by itself drops it.
 
-CALL = re.compile(r"\b(MPI_[A-Z]\w*|Petsc[A-Z]\w*|DM[A-Z]\w*|Vec[A-Z]\w*|IS[A-Z][a-z]\w*|AO[A-Z][a-z]\w*|H5[A-Z]\w*)\s*\(")
+CALL = re.compile(r"\b(MPI_[A-Z]\w*|Petsc[A-Z]\w*|DM[A-Z]\w*|Vec[A-Z]\w*|Mat[A-Z]\w*|KSP[A-Z]\w*|PC[A-Z]\w*|"
+                  r"IS[A-Z][a-z]\w*|AO[A-Z][a-z]\w*|H5[A-Z]\w*)\s*\(")
 CHECKING_MACRO = re.compile(r"\bBULKLEY_(MPI|PETSC|HDF5)\w*\s*$")
 STATEMENT_START = re.compile(r"(^|[;{})]|\belse)\s*\Z")  # also after "(void)" and "if (...)"
 # Calls without an error to check, and names that only look like calls.
@@ -30,6 +31,8 @@ NO_ERROR_TO_CHECK = {
     "PetscHandle": "a type of ours",
     "PetscErrorCode": "a type, in the signature of a function pointer",
     "VecHandle": "a type of ours",
+    "PetscErrorsThrow": "a type of ours",
+    "PetscSolver": "a type of ours",
     "H5Eset_auto2": "sets up HDF5's own error reporting",
     "H5Ewalk2": "reads the stack of errors",
 }

@@ -79,7 +79,8 @@ class CheckStyle(unittest.TestCase):
 
     def test_bare_calls(self):
         for call in ("MPI_Barrier(comm);", "(void)MPI_Send(a);", "PetscSFReduceBegin(sf);", "DMDAVecGetArray(dm);",
-                     "VecSet(v, 0);", "H5Fclose(file);", "(void)H5Fflush(file);", "if (open) H5Fclose(file);",
+                     "VecSet(v, 0);", "KSPSolve(k, b, x);", "MatDestroy(&m);", "PCSetUp(p);",
+                     "H5Fclose(file);", "(void)H5Fflush(file);", "if (open) H5Fclose(file);",
                      "auto code = MPI_Wait(&r, s);",
                      "BULKLEY_MPI(MPI_Send(a)); MPI_Wait(b);", "BULKLEY_ASSERT(MPI_Wait(b) == 0);"):
             self.expect_fault("src/distribution/a.cpp", f"void f() {{\n  {call}\n}}\n", "src/distribution/a.cpp:2: ")

@@ -11,6 +11,16 @@ namespace bulkley {
 void check_petsc(PetscErrorCode code, const char* call, const char* file, int line);
 #define BULKLEY_PETSC(call) ::bulkley::check_petsc((call), #call, __FILE__, __LINE__)
 
+/// While one lives, a failed call throws RunError with PETSc's sentence instead of ending all ranks: for calls that fail on all
+/// ranks alike. One at a time.
+class PetscErrorsThrow {
+ public:
+  PetscErrorsThrow();
+  ~PetscErrorsThrow();
+  PetscErrorsThrow(const PetscErrorsThrow&) = delete;
+  PetscErrorsThrow& operator=(const PetscErrorsThrow&) = delete;
+};
+
 /// Move-only owner of a PETSc object. `Destroy`: PetscErrorCode (*)(T*).
 template <class T, PetscErrorCode (*Destroy)(T*)>
 class PetscHandle {
