@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "config/duration.hpp"
+#include "integrator/petsc_solver.hpp"
 #include "program/check_meshes.hpp"
 #include "program/commands.hpp"
 #include "program/human_text.hpp"
@@ -135,6 +136,7 @@ Command add_check(CLI::App& app) {
     check_bodies(scene, shared_survey(comm));
     check_colliders(scene);
     check_gauges(scene);
+    check_petsc_options(comm, scene.time_stepping.pressure);
     const Forecast f = forecast(comm, scene, a->n_ranks > 0 ? a->n_ranks : comm.size());
     if (comm.is_root()) print(scene, f);
     return ExitCode::finished;

@@ -41,7 +41,7 @@ StepReport ExplicitStep::step(const StepRequest& request, TimeStepState& state) 
     local = {};
     report.pressure = compute_nodes(request.time, report.plan.dt, local);
     if (!report.pressure.solved) {
-      reject_unsolved(settings, report.plan, state);
+      reject_unsolved(settings, report.plan, report.pressure.fault, state);
       ++report.n_rejected;
       continue;
     }

@@ -1,8 +1,11 @@
 #include "integrator/implicit_pressure.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
+#include "integrator/petsc_solver.hpp"
 #include "parallel/reproducible_sum.hpp"
 
 namespace bulkley {
@@ -21,7 +24,11 @@ constexpr int least_iterations = 2;
 ImplicitPressure::ImplicitPressure(StepParts& parts)
     : parts_(parts), laws_(parts.physics.volumetric_laws), contact_(parts.physics) {
   parts_any_ = std::any_of(laws_.begin(), laws_.end(), [](const auto& law) { return law && !law->tension; });
+  const PressureSettings& settings = parts_.physics.time_stepping.pressure;
+  if (settings.solver == PressureSolver::petsc) petsc_ = std::make_unique<PetscSolver>(parts_.comm(), settings);
 }
+
+ImplicitPressure::~ImplicitPressure() = default;
 
 void ImplicitPressure::fit() {
   if (fitted_ == parts_.particles.version()) return;
@@ -48,6 +55,8 @@ PressureReport ImplicitPressure::apply(double time, const GridUpdate& update, No
   find_unheld(update.dt);
   contact_.begin(time, update.dt, held_.data());
   set_diagonal(update.dt);
+  if (petsc_) matrix_.number_rows(parts_.comm(), halo_, own_, rows_.size());
+  preconditioned_ = false;
   PressureReport report;
   // Rough solutions until few walls and free surfaces change their state, then ones that are as good as they have to be.
   const PressureSettings& settings = parts_.physics.time_stepping.pressure;
@@ -250,6 +259,7 @@ void ImplicitPressure::begin_solution(double dt) {
   square_of_right_ = precondition(right_);
   for (std::size_t k = 0; k < own_.size(); ++k)
     if (parted_[k]) pressure_[static_cast<std::size_t>(own_[k])] = 0.0;
+  if (petsc_) return assemble(dt);
   multiply(dt, pressure_);
   for (const LocalIndex own : own_) {
     const auto c = static_cast<std::size_t>(own);
@@ -267,6 +277,7 @@ bool ImplicitPressure::solve(double dt, double tolerance, PressureReport& report
   const double speed = speed_scale(dt);
   const double rounding = 1e-24 * static_cast<double>(bounds.totals.n_particles) * bounds.sums.mass.value * speed * speed;
   const double goal = std::max(tolerance * tolerance * square_of_right_, rounding);
+  if (petsc_) return solve_with_petsc({goal, rounding, least_iterations - report.n_iterations}, report);
   for (int n = 0; square_ > (report.n_iterations < least_iterations ? rounding : goal); ++n) {
     if (n == settings.max_iterations) return false;
     multiply(dt, direction_);
@@ -289,6 +300,38 @@ bool ImplicitPressure::solve(double dt, double tolerance, PressureReport& report
     ++report.n_iterations;
   }
   return std::isfinite(square_) && std::isfinite(goal);
+}
+
+// The matrix with the constraints in force. Its preconditioner stays through the step.
+void ImplicitPressure::assemble(double dt) {
+  if (matrix_.n_rows() == 0) return;
+  const SparseRows& rows = matrix_.assemble(
+      parts_.comm(), halo_,
+      {dt, rows_, contact_, scale_, own_, volume_, compliance_, within_block_, block_of_, block_volume_, parted_});
+  if (preconditioned_)
+    petsc_->change_matrix(rows);
+  else
+    petsc_->set_matrix(rows);
+  preconditioned_ = true;
+}
+
+// From the pressures that are there. The right side of cells that have parted is their pressure, 0.
+bool ImplicitPressure::solve_with_petsc(const PetscGoal& goal, PressureReport& report) {
+  if (matrix_.n_rows() == 0) return true;
+  std::vector<double> right(own_.size()), weight(own_.size()), pressure(own_.size());
+  for (std::size_t k = 0; k < own_.size(); ++k) {
+    const auto c = static_cast<std::size_t>(own_[k]);
+    right[k] = parted_[k] ? 0.0 : right_[c];
+    weight[k] = inverse_diagonal_[c];
+    pressure[k] = pressure_[c];
+  }
+  const PetscOutcome outcome = petsc_->solve(goal, right, weight, pressure);
+  for (std::size_t k = 0; k < own_.size(); ++k)
+    pressure_[static_cast<std::size_t>(own_[k])] = parted_[k] ? 0.0 : pressure[k];
+  report.n_iterations += outcome.n_iterations;
+  if (outcome.fault.empty()) return true;
+  report.fault = fmt::format("by PETSc after {} iterations: {}", outcome.n_iterations, outcome.fault);
+  return false;
 }
 
 // held_ = the velocities that the gradients in impulses_ would give the nodes if no wall held them.
@@ -383,7 +426,7 @@ std::size_t ImplicitPressure::memory() const {
                                 members_.first.capacity() + members_.particle.capacity() + rows_.first.capacity() +
                                 rows_.rounded.capacity() + block_of_.capacity();
   return n_values * sizeof(double) + n_nodes * sizeof(Node) + n_indices * sizeof(LocalIndex) +
-         3 * volume_.capacity() * sizeof(double) + contact_.memory() + (grid_ ? grid_->memory() : 0);
+         3 * volume_.capacity() * sizeof(double) + contact_.memory() + matrix_.memory() + (grid_ ? grid_->memory() : 0);
 }
 
 }  // namespace bulkley

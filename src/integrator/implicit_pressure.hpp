@@ -7,14 +7,19 @@
 #include "distribution/cell_grid.hpp"
 #include "integrator/integrator.hpp"
 #include "integrator/pressure_contact.hpp"
+#include "integrator/pressure_matrix.hpp"
 #include "kernel/pressure_cells.hpp"
 
 namespace bulkley {
 
+class PetscSolver;
+struct PetscGoal;
+
 class ImplicitPressure {
  public:
-  /// `parts` must outlive this.
+  /// `parts` must outlive this. Collective.
   explicit ImplicitPressure(StepParts& parts);
+  ~ImplicitPressure();
 
   /// Makes everything fit the present pools. Collective.
   void fit();
@@ -41,6 +46,8 @@ class ImplicitPressure {
   double precondition(const std::vector<double>& from);
   void begin_solution(double dt);
   bool solve(double dt, double tolerance, PressureReport& report);
+  void assemble(double dt);
+  bool solve_with_petsc(const PetscGoal& goal, PressureReport& report);
   void set_right_side(double dt);
   void set_diagonal(double dt);
   void multiply(double dt, std::vector<double>& p);
@@ -85,6 +92,10 @@ class ImplicitPressure {
   std::vector<double> scale_;  // 1/m, 0 where empty
   NodeVector pool_, owned_impulses_;
   std::vector<double> before_;  // J at the start of the step, by particle
+  // Only with PETSc as the solver.
+  PressureMatrix matrix_;
+  std::unique_ptr<PetscSolver> petsc_;
+  bool preconditioned_ = false;  // petsc_ has a preconditioner for the cells of this step
 };
 
 }  // namespace bulkley

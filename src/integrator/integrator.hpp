@@ -21,6 +21,7 @@ struct PressureReport {
   int n_iterations = 0;  ///< of conjugate gradients, over all rounds
   int n_rounds = 0;      ///< solutions until walls and free surfaces kept their state
   bool solved = true;    ///< false: the tolerance was not reached, or a number is not finite
+  std::string fault;     ///< then: "the pressure is not found ...", where the solver says why
 };
 
 /// How a step went; the same on every rank.

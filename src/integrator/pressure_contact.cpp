@@ -127,6 +127,19 @@ void PressureContact::spread(const double* scale, LocalIndex wave, Node* impulse
   repeat(repeated, impulses);
 }
 
+std::vector<PressureContact::Source> PressureContact::sources(std::size_t n_nodes) const {
+  std::vector<Source> result;
+  result.reserve(n_nodes);
+  for (std::size_t n = 0; n < n_nodes; ++n) result.push_back({static_cast<LocalIndex>(n), Vec3::Ones()});
+  for (const NodeImage& image : std::views::reverse(images_)) {
+    const Source front = result[static_cast<std::size_t>(image.front)];
+    result[static_cast<std::size_t>(image.behind)] = {front.node, image.sign.cwiseProduct(front.sign)};
+  }
+  for (const CellGrid::Copy& copy : repeated_)
+    result[static_cast<std::size_t>(copy.node)] = result[static_cast<std::size_t>(copy.other)];
+  return result;
+}
+
 void PressureContact::weaken(Node* scales) const {
   for (const HeldNode& held : held_)
     for (int a = 0; a < 3; ++a) scales[held.node].c[a] *= held.projection(a, a);

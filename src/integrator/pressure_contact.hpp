@@ -33,6 +33,18 @@ class PressureContact {
   /// images. `scale`: 1/m of a node, 0 where it is empty. Changes outside of constraints are those of free nodes. Not
   /// collective.
   void spread(const double* scale, LocalIndex wave, Node* impulses) const;
+  /// T and P of `spread` one by one, for who assembles it: the node that each of `n_nodes` is the image of, or has its first number
+  /// from, and the sign of each component; most are their own. And P of the nodes that constraints hold, as f(node, P). Not
+  /// collective.
+  struct Source {
+    LocalIndex node;
+    Vec3 sign;
+  };
+  std::vector<Source> sources(std::size_t n_nodes) const;
+  template <class F>
+  void for_each_projection(F f) const {
+    for (const HeldNode& held : held_) f(held.node, held.projection);
+  }
   /// Of a node's change along each axis, the part that its constraints leave; 0 behind walls. For preconditioners.
   void weaken(Node* scales) const;
 

@@ -16,6 +16,14 @@ inline config::Names<IntegratorKind> names(config::Of<IntegratorKind>) {
   return {{"explicit", IntegratorKind::explicit_step}, {"imex", IntegratorKind::imex}};
 }
 
+inline config::Names<PressureSolver> names(config::Of<PressureSolver>) {
+  return {{"cg", PressureSolver::cg}, {"petsc", PressureSolver::petsc}};
+}
+
+/// What is wrong with a text of options for PETSc's solver of the pressure, as a sentence; empty when nothing is. Whether PETSc
+/// knows them it says itself. Not collective.
+std::string petsc_options_fault(const std::string& options);
+
 inline const config::Keys<PressureSettings>& keys(config::Of<PressureSettings>) {
   using S = PressureSettings;
   static const auto table =
@@ -36,7 +44,19 @@ inline const config::Keys<PressureSettings>& keys(config::Of<PressureSettings>) 
           .key("contact_rounds", &S::contact_rounds,
                {.about = "Solutions a step, at most, to find which separating walls and colliders hold.",
                 .unit = "solutions",
-                .range = config::between(1.0, 100.0)});
+                .range = config::between(1.0, 100.0)})
+          .key("solver", &S::solver,
+               {.about =
+                    "Own conjugate gradients, with which results are the same bits on any number of ranks, or a solver of "
+                    "PETSc, with which they agree to the tolerance only."})
+          .key("petsc_options", &S::petsc_options,
+               {.about = "Options of PETSc's solver, such as `\"-bulkley_pressure_pc_type hypre\"`."})
+          .only_with("solver = \"petsc\"", [](const S& s) { return s.solver == PressureSolver::petsc; })
+          .check([](const config::Value& given, S& s, config::Faults& faults) {
+            if (const std::string fault = petsc_options_fault(s.petsc_options); !fault.empty())
+              faults.add(given.find("petsc_options")->place,
+                         fmt::format("'{}': {}", given.find("petsc_options")->path, fault));
+          });
   return table;
 }
 

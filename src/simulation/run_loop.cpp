@@ -6,6 +6,7 @@
 
 #include "simulation/outputs/output.hpp"
 #include "simulation/outputs/status_output.hpp"
+#include "simulation/setup.hpp"
 #include "simulation/stop_criteria.hpp"
 
 namespace bulkley {
@@ -64,8 +65,7 @@ void write_head(Run& run) {
                       run.scene.title.empty() ? "run" : run.scene.title, GlobalIndex{run.state.bounds.totals.n_particles},
                       n[0], n[1], n[2], run.scene.grid.cell_size, run.comm.size(), boxes_text(run.solver->partition().boxes),
                       run.options.folder));
-  if (!run.solver->integrator().is_exact())
-    run.log("the integrator iterates: on another number of ranks particles agree to its tolerance, not bit for bit");
+  if (!run.solver->integrator().is_exact()) run.warn(depends_on_ranks);
 }
 
 void finish(Run& run, RunState state, const std::string& reason) {

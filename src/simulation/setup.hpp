@@ -10,6 +10,12 @@
 
 namespace bulkley {
 
+/// What runs warn of whose integrator is not exact (Integrator::is_exact).
+inline constexpr const char* depends_on_ranks =
+    "time.pressure.solver = \"petsc\": results depend on the number of ranks and on the partition, at the solver's "
+    "tolerance; "
+    "with \"cg\" they are the same bits on any";
+
 /// The part of a scene that the solver needs.
 Physics physics_of(const Scene& scene);
 

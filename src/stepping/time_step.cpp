@@ -216,13 +216,13 @@ void reject_step(const TimeStepSettings& settings, const TimeStepPlan& plan, con
          motion.motion.velocity_gradient.id);
 }
 
-void reject_unsolved(const TimeStepSettings& settings, const TimeStepPlan& plan, TimeStepState& state) {
+void reject_unsolved(const TimeStepSettings& settings, const TimeStepPlan& plan, const std::string& fault,
+                     TimeStepState& state) {
+  const std::string how = fault.empty() ? fmt::format("in {} iterations", settings.pressure.max_iterations) : fault;
   if (settings.mode == TimeStepMode::fixed)
-    throw NoStep(fmt::format("the pressure of a step of {:.6g} s is not found in {} iterations", plan.dt,
-                             settings.pressure.max_iterations),
-                 -1, "choose a smaller time.dt, mode = \"adaptive\", or a larger time.pressure.max_iterations");
-  reject(settings, plan, state,
-         fmt::format("even in that step the pressure is not found in {} iterations", settings.pressure.max_iterations), -1);
+    throw NoStep(fmt::format("the pressure of a step of {:.6g} s is not found {}", plan.dt, how), -1,
+                 "choose a smaller time.dt, mode = \"adaptive\", or a larger time.pressure.max_iterations");
+  reject(settings, plan, state, fmt::format("even in that step the pressure is not found {}", how), -1);
 }
 
 void accept_step(const TimeStepSettings& settings, const TimeStepPlan& plan, const StepBounds& bounds,

@@ -12,6 +12,12 @@ namespace bulkley {
 /// How nodes get their velocities: all forces at the start of the step, or the pressure at its end.
 enum class IntegratorKind { explicit_step, imex };
 
+/// Who solves for the implicit pressure: our conjugate gradients, the same bits on any number of ranks, or PETSc.
+enum class PressureSolver { cg, petsc };
+
+/// What the names of PETSc's options for that solver begin with.
+inline constexpr const char* petsc_pressure_prefix = "-bulkley_pressure_";
+
 /// The implicit pressure of integrator imex, table [time.pressure] of a scene (docs/theory.md, "Implicit pressure").
 struct PressureSettings {
   double tolerance = 1e-3;      ///< of the residual, in the energy norm of the diagonal
@@ -19,6 +25,8 @@ struct PressureSettings {
   double stabilisation = 0.05;  ///< zeta of (I7)
   double relaxation = 0.1;      ///< beta of (I9)
   int contact_rounds = 5;       ///< solutions a step, at most, to find which walls hold
+  PressureSolver solver = PressureSolver::cg;
+  std::string petsc_options;  ///< for PETSc's solver, each beginning with petsc_pressure_prefix
 };
 
 enum class TimeStepMode { adaptive, fixed };
@@ -108,9 +116,10 @@ bool is_acceptable(const TimeStepSettings& settings, double cell_size, const Tim
 /// `motion`: the motion that the plan was checked with. Throws NoStep below the smallest step. Not collective.
 void reject_step(const TimeStepSettings& settings, const TimeStepPlan& plan, const StepBounds& motion, TimeStepState& state);
 
-/// After a step whose equations were not solved: as reject_step. Throws NoStep below the smallest step, and where the step is
-/// fixed. Not collective.
-void reject_unsolved(const TimeStepSettings& settings, const TimeStepPlan& plan, TimeStepState& state);
+/// After a step whose equations were not solved: as reject_step. `fault`: how the solver ended, to follow "the pressure is not
+/// found"; empty: by its iterations. Throws NoStep below the smallest step, and where the step is fixed. Not collective.
+void reject_unsolved(const TimeStepSettings& settings, const TimeStepPlan& plan, const std::string& fault,
+                     TimeStepState& state);
 
 /// After a step was taken; `bounds` are those it ended with. Not collective.
 void accept_step(const TimeStepSettings& settings, const TimeStepPlan& plan, const StepBounds& bounds, TimeStepState& state);
