@@ -26,6 +26,10 @@ class Case:
     limit: float = 20.0  # s; a run that takes longer counts as hanging
 
 
+def petsc(options, solver="petsc"):
+    return {"end = 0.01": f'end = 0.01\nintegrator = "imex"\npressure = {{ solver = "{solver}", petsc_options = {options} }}'}
+
+
 def whole_run(folder, program, scene):
     """A run to step 5 that leaves a good checkpoint in out/."""
     outcome = program.run(["run", scene, "--out", "out", "--max-steps", "5"], 2, folder, 60)
@@ -242,6 +246,22 @@ particles_per_cell = 8
          r"is not found in 2 iterations",
          replace={"end = 0.01": 'end = 0.1\nintegrator = "imex"\ndt_min = 1e-4\n'
                                 'pressure = { max_iterations = 2, tolerance = 1e-9 }'}),
+    Case("pressure_not_found_by_petsc", FAILED, r"the pressure of a step of 0\.002 s is not found by PETSc after 2 iterations: DIVERGED_ITS; "
+         r"choose a smaller time\.dt",
+         replace={"end = 0.01": 'end = 0.1\nintegrator = "imex"\nmode = "fixed"\ndt = 0.002\nallow_unstable = true\n'
+                                'pressure = { max_iterations = 2, tolerance = 1e-9, solver = "petsc" }'}),
+    Case("petsc_option_unknown", USAGE, r"time\.pressure\.petsc_options: PETSc's solver knows no option -bulkley_pressure_pc_typ\b",
+         replace=petsc('"-bulkley_pressure_pc_typ hypre"')),
+    Case("petsc_solver_unknown", USAGE, r"time\.pressure\.petsc_options: Unable to find requested PC type multigird",
+         replace=petsc('"-bulkley_pressure_pc_type multigird"')),
+    Case("petsc_option_without_prefix", USAGE, r"scene\.toml:12:\d+: 'time\.pressure\.petsc_options': '-pc_type' does not begin with "
+         r"-bulkley_pressure_", replace=petsc('"-pc_type hypre"')),
+    Case("petsc_option_without_effect", USAGE, r"'-bulkley_pressure_ksp_rtol' has no effect: time\.pressure\.tolerance and",
+         replace=petsc('"-bulkley_pressure_ksp_rtol 1e-9"')),
+    Case("petsc_option_after_dashes", USAGE, r"-bulkley_pressure_pc_type: options of the pressure's solver stand in the scene",
+         arguments=["run", "{scene}", "--out", "out", "--", "-bulkley_pressure_pc_type", "hypre"]),
+    Case("petsc_options_of_cg", USAGE, r"'time\.pressure\.petsc_options' is given but applies only with solver = ",
+         replace=petsc('"-bulkley_pressure_pc_type hypre"', "cg")),
     Case("pressure_without_imex", USAGE, r"scene\.toml:11:1: 'time\.pressure' is given but applies only with integrator = ",
          replace={"end = 0.01": "end = 0.01\npressure = { tolerance = 1e-4 }"}),
     Case("info_of_what_was_around", 0, r"frame 0 of step 1, .*\n912 particles(.|\n)*checksums are right", prepare=escape, arguments=["info", "out/failure_000000001.h5"],
