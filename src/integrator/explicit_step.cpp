@@ -39,7 +39,7 @@ StepReport ExplicitStep::step(const StepRequest& request, TimeStepState& state) 
   for (;;) {
     report.plan = plan_step(settings, cell_size, particles.bounds(), colliders, request.remaining, state);
     local = {};
-    report.pressure = compute_nodes(request.time, report.plan.dt, local);
+    report.pressure = compute_nodes(request.time, report.plan.dt, report.plan.unclipped, local);
     if (!report.pressure.solved) {
       reject_unsolved(settings, report.plan, report.pressure.fault, state);
       ++report.n_rejected;
@@ -68,10 +68,11 @@ StepReport ExplicitStep::step(const StepRequest& request, TimeStepState& state) 
 }
 
 // Particles -> the velocities of the nodes in every pool. Changes no particle.
-PressureReport ExplicitStep::compute_nodes(double time, double dt, StepBounds& local) {
+PressureReport ExplicitStep::compute_nodes(double time, double dt, double unclipped_dt, StepBounds& local) {
   const SumBounds sums = sum_bounds(parts_.physics.grid, parts_.physics.transfer, parts_.particles.bounds(), dt, splits_);
   particles_to_nodes(dt, sums);
-  const PressureReport pressure = update_nodes(time, {parts_.physics.gravity, dt, empty_mass * sums.mass}, local);
+  const PressureReport pressure =
+      update_nodes(time, {parts_.physics.gravity, dt, empty_mass * sums.mass}, unclipped_dt, local);
   nodes_to_pools();
   return pressure;
 }
@@ -128,11 +129,11 @@ void ExplicitStep::particles_to_nodes(double dt, const SumBounds& sums) {
 }
 
 // The phases of explicit forces, of the pressure and of contact follow each other.
-PressureReport ExplicitStep::update_nodes(double time, const GridUpdate& update, StepBounds& local) {
+PressureReport ExplicitStep::update_nodes(double time, const GridUpdate& update, double unclipped_dt, StepBounds& local) {
   Node* const nodes = velocity_.data();
   push_nodes(time, update, local);
   PressureReport pressure;
-  if (pressure_ && update.dt > 0.0) pressure = pressure_->apply(time, update, nodes, change());
+  if (pressure_ && update.dt > 0.0) pressure = pressure_->apply(time, update, unclipped_dt, nodes, change());
   const PhaseTimer timer(parts_.times, Phase::grid_update);
   received_.clear();
   parts_.contact.apply(time, update, nodes, change(), received_, parts_.budget.contact());
@@ -219,7 +220,7 @@ void ExplicitStep::nodes_to_particles(double dt, StepBounds& local) {
 std::span<const Node> ExplicitStep::node_velocities(double time) {
   fit();
   StepBounds none;
-  compute_nodes(time, 0.0, none);
+  compute_nodes(time, 0.0, 0.0, none);
   return velocity_;
 }
 

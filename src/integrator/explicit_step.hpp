@@ -28,10 +28,10 @@ class ExplicitStep : public Integrator {
   double collider_speed(const StepBounds& bounds, double time, double remaining) const;
   double kept_share(double dt) const;
   void particles_to_nodes(double dt, const SumBounds& sums);
-  PressureReport update_nodes(double time, const GridUpdate& update, StepBounds& local);
+  PressureReport update_nodes(double time, const GridUpdate& update, double unclipped_dt, StepBounds& local);
   void push_nodes(double time, const GridUpdate& update, StepBounds& local);
   void nodes_to_pools();
-  PressureReport compute_nodes(double time, double dt, StepBounds& local);
+  PressureReport compute_nodes(double time, double dt, double unclipped_dt, StepBounds& local);
   StepBounds trial_motion(const StepBounds& local);
   void nodes_to_particles(double dt, StepBounds& local);
 

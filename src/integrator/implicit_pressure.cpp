@@ -45,7 +45,8 @@ void ImplicitPressure::fit() {
   fitted_ = parts_.particles.version();
 }
 
-PressureReport ImplicitPressure::apply(double time, const GridUpdate& update, Node* nodes, Node* change) {
+PressureReport ImplicitPressure::apply(double time, const GridUpdate& update, double unclipped_dt, Node* nodes,
+                                       Node* change) {
   const PhaseTimer timer(parts_.times, Phase::pressure);
   fit();
   number_cells();
@@ -54,7 +55,7 @@ PressureReport ImplicitPressure::apply(double time, const GridUpdate& update, No
   gradients_of(pressure_, RowEntries::rounded);
   find_unheld(update.dt);
   contact_.begin(time, update.dt, held_.data());
-  set_diagonal(update.dt);
+  set_diagonal(update.dt, unclipped_dt);
   if (petsc_) matrix_.number_rows(parts_.comm(), halo_, own_, rows_.size());
   preconditioned_ = false;
   PressureReport report;
@@ -222,12 +223,12 @@ void ImplicitPressure::set_right_side(double dt) {
 
 // Z of (I7), and the diagonal with the constraints that are in force at first, but for what images behind walls share with
 // those in front.
-void ImplicitPressure::set_diagonal(double dt) {
+void ImplicitPressure::set_diagonal(double dt, double unclipped_dt) {
   NodeVector& scales = held_;
   for (std::size_t n = 0; n < scale_.size(); ++n) scales[n] = {{scale_[n], scale_[n], scale_[n], 0.0}};
   contact_.weaken(scales.data());
   const double dx = parts_.physics.grid.cell_size;
-  const double stiffness = parts_.physics.time_stepping.pressure.stabilisation * dt * dt / (dx * dx);
+  const double stiffness = parts_.physics.time_stepping.pressure.stabilisation * unclipped_dt * unclipped_dt / (dx * dx);
   within_block_.resize(own_.size());
   for (std::size_t b = 0; b < block_volume_.size(); ++b)
     inverse_block_volume_[b] = block_volume_[b] > 0.0 ? 1.0 / block_volume_[b] : 0.0;

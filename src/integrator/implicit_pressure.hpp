@@ -25,9 +25,9 @@ class ImplicitPressure {
   void fit();
 
   /// Finds the pressures at the end of a step from `time` and adds their impulses to the owned nodes. `nodes`: {v, m} before
-  /// contact, images folded; `change`: likewise their change in the step, or null. Where it was not solved, nothing is added; the
-  /// same on every rank. Collective.
-  PressureReport apply(double time, const GridUpdate& update, Node* nodes, Node* change);
+  /// contact, images folded; `change`: likewise their change in the step, or null. `unclipped_dt`: s, that of (I7). Where it was
+  /// not solved, nothing is added; the same on every rank. Collective.
+  PressureReport apply(double time, const GridUpdate& update, double unclipped_dt, Node* nodes, Node* change);
 
   /// The particles of `block` are about to learn their own deformation. Not collective.
   void keep_volumes(ParticleBlock block);
@@ -49,7 +49,7 @@ class ImplicitPressure {
   void assemble(double dt);
   bool solve_with_petsc(const PetscGoal& goal, PressureReport& report);
   void set_right_side(double dt);
-  void set_diagonal(double dt);
+  void set_diagonal(double dt, double unclipped_dt);
   void multiply(double dt, std::vector<double>& p);
   void gradients_of(std::vector<double>& p, RowEntries entries);
   void find_unheld(double dt);

@@ -133,7 +133,7 @@ TimeStepPlan plan_fixed(const TimeStepSettings& settings, double cell_size, cons
                         double remaining) {
   if (const auto limit = exceeded_limit(settings, cell_size, bounds, collider_speed); limit && !settings.allow_unstable)
     throw NoStep(excess_of_fixed_step(settings, *limit), limit->id, advice_on_dt_fixed);
-  TimeStepPlan plan{settings.dt_fixed, Limiter::fixed, -1, false, false, false, true};
+  TimeStepPlan plan{settings.dt_fixed, Limiter::fixed, -1, false, false, false, true, settings.dt_fixed};
   clip(remaining, plan);
   return plan;
 }
@@ -160,7 +160,7 @@ TimeStepPlan plan_step(const TimeStepSettings& settings, double cell_size, const
   // A limit that has shrunk below the stable step counts at once.
   const double stable = std::min(state.dt_stable, limit.dt);
   const auto propose = [&](double dt) {
-    TimeStepPlan plan{dt, limit.limiter, limit.id, dt > stable, false, false, true};
+    TimeStepPlan plan{dt, limit.limiter, limit.id, dt > stable, false, false, true, dt};
     if (dt < limit.dt) {
       plan.limiter = Limiter::previous;
       plan.id = -1;

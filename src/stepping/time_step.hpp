@@ -82,11 +82,12 @@ struct TimeStepLimit {
 struct TimeStepPlan {
   double dt;  ///< s, clipped to the next output
   Limiter limiter;
-  GlobalIndex id;  ///< of the particle that limits, or -1
-  bool trial;      ///< larger than the last stable step
-  bool checked;    ///< must be checked before particles change
-  bool lands;      ///< ends exactly at the next output time
-  bool full;       ///< not clipped
+  GlobalIndex id;    ///< of the particle that limits, or -1
+  bool trial;        ///< larger than the last stable step
+  bool checked;      ///< must be checked before particles change
+  bool lands;        ///< ends exactly at the next output time
+  bool full;         ///< not clipped
+  double unclipped;  ///< s: dt as no output would have it; what an implicit pressure is stabilised by
 };
 
 /// With an implicit pressure `settings` of which no step is longer than a fall from rest through cfl dx: an inviscid fluid at

@@ -289,6 +289,7 @@ TEST(TimeStep, OutputsAreMetExactlyAndNeverChangeTheStableStep) {
       time = landed ? target : time + plan.dt;
       smallest = std::min(smallest, plan.dt);
       EXPECT_EQ(plan.limiter == Limiter::output, !plan.full);
+      EXPECT_EQ(plan.unclipped, 1e-3);
       EXPECT_EQ(state.dt_stable, 1e-3);
       EXPECT_LE(time, target);
     }
@@ -381,6 +382,7 @@ TEST(TimeStep, AFixedStepStaysButForOutputs) {
   }
   const TimeStepPlan last = take_step(settings, motion, motion, 0.3e-3, state);
   EXPECT_EQ(last.dt, 0.3e-3);
+  EXPECT_EQ(last.unclipped, 1e-3);
   EXPECT_TRUE(last.lands);
   EXPECT_EQ(take_step(settings, motion, motion, is_full, state).dt, 1e-3);
 }

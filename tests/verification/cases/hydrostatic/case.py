@@ -52,8 +52,8 @@ def water_like(study):
     error = numpy.abs((stress - truth).reshape(-1, 2).mean(axis=1)) / (density * G * height)
     study.expect_at_most("kappa 2.2 GPa: stress of pairs of layers, largest error inside", error[1:-1].max(), 5e-3,
                          note="over density g H; a pressure is that of a cell, which has two layers")
-    study.expect_at_most("kappa 2.2 GPa: speed left", numpy.abs(particles["velocity"]).max(), 1e-3, "m/s",
-                         note="it does not come to rest altogether")
+    study.expect_at_most("kappa 2.2 GPa: speed left", numpy.abs(particles["velocity"]).max(), 1e-4, "m/s",
+                         note="after a step that the end has cut short; the tolerance of the pressure over g dt is 3e-5 m/s")
 
 
 def main():
