@@ -13,12 +13,7 @@
 namespace bulkley {
 namespace {
 
-struct Shape {
-  const char* name;
-  Int3 n_cells;
-  std::array<bool, 3> periodic;
-};
-const Shape shapes[] = {
+const GridShape shapes[] = {
     {"the last tiles end with the nodes", {8, 8, 8}, {false, false, false}},
     {"the last tiles reach beyond the nodes", {9, 7, 10}, {false, false, false}},
     {"periodic", {8, 12, 8}, {true, true, true}},
@@ -36,7 +31,7 @@ struct Setting {
   std::unique_ptr<CellGrid> cells;
   std::map<Int3, int> count;  // particles of each base node, over all ranks
 
-  Setting(const Comm& comm, const Shape& shape, SplineOrder order, bool sticky)
+  Setting(const Comm& comm, const GridShape& shape, SplineOrder order, bool sticky)
       : scene(empty_scene({.order = order}, shape.n_cells, shape.periodic)) {
     const GridGeometry& grid = scene.physics.grid;
     if (sticky)
@@ -102,7 +97,7 @@ class CellGridTest : public testing::Test {
 
   template <class Check>
   void for_all(Check check) {
-    for (const Shape& shape : shapes)
+    for (const GridShape& shape : shapes)
       for (const SplineOrder order : {SplineOrder::quadratic, SplineOrder::cubic})
         for (const bool sticky : {false, true}) {
           SCOPED_TRACE(testing::Message() << shape.name << ", width " << stencil_width(order) << (sticky ? ", sticky" : ""));

@@ -15,12 +15,7 @@
 namespace bulkley {
 namespace {
 
-struct Shape {
-  const char* name;
-  Int3 n_cells;
-  std::array<bool, 3> periodic;
-};
-const Shape shapes[] = {
+const GridShape shapes[] = {
     {"open", {9, 7, 13}, {false, false, false}},  // the last tiles reach beyond the last nodes
     {"periodic", {12, 8, 8}, {true, true, true}},
     {"slab of one tile", {14, 16, 4}, {false, true, true}},
@@ -53,7 +48,7 @@ struct Setting {
   Partition partition;
   std::vector<PoolLayout> layouts;  // of each rank
 
-  Setting(const Shape& shape, SplineOrder order, const Map& map, int n_ranks) {
+  Setting(const GridShape& shape, SplineOrder order, const Map& map, int n_ranks) {
     geometry.cell_size = 0.1;
     geometry.n_cells = shape.n_cells;
     geometry.periodic = shape.periodic;
@@ -111,7 +106,7 @@ class ExchangeTest : public testing::Test {
   Comm comm{PETSC_COMM_WORLD};
 
   void for_each_setting(const std::function<void(const Setting&)>& check) {
-    for (const Shape& shape : shapes)
+    for (const GridShape& shape : shapes)
       for (const SplineOrder order : {SplineOrder::quadratic, SplineOrder::cubic})
         for (const Map& map : maps) {
           SCOPED_TRACE(testing::Message() << shape.name << ", order " << static_cast<int>(order) << ", " << map.name);

@@ -11,6 +11,13 @@
 
 namespace bulkley {
 
+/// A grid to test on.
+struct GridShape {
+  const char* name;
+  Int3 n_cells;
+  std::array<bool, 3> periodic;
+};
+
 inline GridGeometry grid_of_cells(const Int3& n_cells, const std::array<bool, 3>& periodic = {false, false, false}) {
   GridGeometry grid;
   grid.cell_size = 0.1;

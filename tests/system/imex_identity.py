@@ -9,8 +9,8 @@ import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 from bulkley_program import fail, parse_arguments, start  # noqa: E402
+from imex_runs import ImexRuns  # noqa: E402
 
-HERE = pathlib.Path(__file__).resolve().parent
 STEPS, INTERRUPTION = 60, 25
 ROUNDING = 1e-12  # of the energy account's largest term
 
@@ -30,18 +30,9 @@ VARIANTS = (
 )
 
 
-class Test:
-    def __init__(self, program, work):
-        self.program = program
-        self.work = work
-
-    def run(self, out, ranks, steps, scene, overrides, *more):
-        sets = [word for override in ("time.integrator=imex", "output.history_interval=5", "output.frame_interval=0", *overrides)
-                for word in ("--set", override)]
-        outcome = self.program.run(["run", str(HERE / scene), "--out", out, "--max-steps", str(steps), *sets, *more], ranks,
-                                   self.work, 200)
-        if outcome.code not in (0, 4):
-            fail(f"{out} on {ranks} ranks ended with {outcome.code}", outcome)
+class Test(ImexRuns):
+    def run(self, out, *arguments):
+        super().run(out, *arguments)
         return self.work / out
 
     def expect_identical(self, one, other, what):

@@ -15,8 +15,8 @@ import numpy
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 from bulkley_program import fail, parse_arguments, start  # noqa: E402
+from imex_runs import SCENES, ImexRuns  # noqa: E402
 
-HERE = pathlib.Path(__file__).resolve().parent
 WARNING = "results depend on the number of ranks and on the partition"
 PETSC = ["time.pressure.solver=petsc"]
 JACOBI = [*PETSC, "time.pressure.petsc_options='-bulkley_pressure_pc_type jacobi'"]
@@ -38,19 +38,9 @@ VARIANTS = (
 ALLOWED = {"velocity": 1.0, "cell_mean_stress": 20.0}
 
 
-class Test:
-    def __init__(self, program, work):
-        self.program = program
-        self.work = work
-
+class Test(ImexRuns):
     def run(self, out, ranks, steps, scene, overrides, *more):
-        sets = [word for override in ("time.integrator=imex", "output.history_interval=5", "output.frame_interval=0", *overrides)
-                for word in ("--set", override)]
-        arguments = ["run", str(HERE / scene), "--out", out, "--overwrite", "--quiet", "--max-steps", str(steps), *sets, *more]
-        outcome = self.program.run(arguments, ranks, self.work, 200)
-        if outcome.code not in (0, 4):
-            fail(f"{out} on {ranks} ranks ended with {outcome.code}", outcome)
-        return outcome.text
+        return super().run(out, ranks, steps, scene, overrides, "--overwrite", "--quiet", *more).text
 
 
 def particles_of(folder, steps):
@@ -91,7 +81,7 @@ def check_measure_of_residuals(test):
 
 
 def check_warnings(test):
-    arguments = ["check", str(HERE / "tank.toml"), "--set", "time.integrator=imex"]
+    arguments = ["check", str(SCENES / "tank.toml"), "--set", "time.integrator=imex"]
     for more, expected in (([], 0), (["--set", PETSC[0]], 1)):
         told = [test.program.run(arguments + more, 1, test.work, 60).text, test.run("told", 1, 2, "tank.toml", more[1:])]
         kept = json.loads((test.work / "told/status.json").read_text(encoding="utf-8"))["warnings"]
@@ -104,7 +94,7 @@ def check_memory(test):
     """Matrices and solvers of all steps together would take a hundred times as much as is allowed."""
     peaks = []
     for steps in (20, 220):
-        command = [test.program.path, "run", str(HERE / "tank.toml"), "--out", f"memory_{steps}", "--quiet", "--max-steps", str(steps),
+        command = [test.program.path, "run", str(SCENES / "tank.toml"), "--out", f"memory_{steps}", "--quiet", "--max-steps", str(steps),
                    "--set", "time.integrator=imex", "--set", PETSC[0], "--set", "output.frame_interval=0", "--set", "time.end=10"]
         with subprocess.Popen(command, cwd=test.work) as process:
             _, code, usage = os.wait4(process.pid, 0)
