@@ -77,6 +77,13 @@ CellGrid::CellGrid(const Comm& comm, const ParticleGrid& particles, const Faces&
 
 LocalIndex CellGrid::node_tile(TileIndex tile) const { return place_in(node_tiles_, tile); }
 
+// The tiles at {0, 1}^3 above a tile, as far as there are any.
+void CellGrid::add_tiles_above(TileIndex tile, std::vector<TileIndex>& tiles) const {
+  for (int b = 0; b < 8; ++b)
+    if (const TileIndex there = grid_.neighbour(grid_.tile_coordinates(tile), {b / 4, b / 2 % 2, b % 2}); there >= 0)
+      tiles.push_back(there);
+}
+
 // Their places in `tiles`, which ascend; -1 for those that are not among them.
 std::array<LocalIndex, 8> CellGrid::tiles_above(TileIndex tile, const std::vector<TileIndex>& tiles) const {
   std::array<LocalIndex, 8> above;
@@ -107,15 +114,10 @@ bool CellGrid::need(LocalIndex node) {
 // The nodes that are complete: those that this rank's cells may reach, those that it owns, and those of which they are images.
 void CellGrid::find_nodes(const ParticleGrid& particles, const Faces& faces) {
   const std::vector<Int3> active = particles.exchange().active_positions();
-  const auto add_tiles_above = [&](TileIndex tile) {
-    for (int b = 0; b < 8; ++b)
-      if (const TileIndex there = grid_.neighbour(grid_.tile_coordinates(tile), {b / 4, b / 2 % 2, b % 2}); there >= 0)
-        node_tiles_.push_back(there);
-  };
   std::vector<TileIndex> reached = tiles_;
   for (const Int3& node : active) reached.push_back(grid_.tile_of_node(node));
   make_set(reached);
-  for (const TileIndex tile : reached) add_tiles_above(tile);
+  for (const TileIndex tile : reached) add_tiles_above(tile, node_tiles_);
   // A node behind an upper wall may be in the tile after that of its image.
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (behaviour(faces[2 * axis + 1].kind).behind == NodesBehind::free) continue;
@@ -280,14 +282,12 @@ void CellGrid::sort_cells() {
 // So far nodes go by tile and place. From here on they go by numbers that follow each other along z.
 void CellGrid::number_nodes() {
   std::vector<TileIndex> tiles = node_tiles_;
-  for (const TileIndex tile : tiles_)
-    for (int b = 0; b < 8; ++b)
-      if (const TileIndex there = grid_.neighbour(grid_.tile_coordinates(tile), {b / 4, b / 2 % 2, b % 2}); there >= 0)
-        tiles.push_back(there);
+  for (const TileIndex tile : tiles_) add_tiles_above(tile, tiles);
   make_set(tiles);
+  std::vector<LocalIndex> place_of;  // among `tiles`, by tile with complete nodes
+  for (const TileIndex tile : node_tiles_) place_of.push_back(place_in(tiles, tile));
   std::vector<std::uint64_t> reached(tiles.size(), 0);
-  for (std::size_t t = 0; t < node_tiles_.size(); ++t)
-    reached[static_cast<std::size_t>(place_in(tiles, node_tiles_[t]))] = needed_[t];
+  for (std::size_t t = 0; t < node_tiles_.size(); ++t) reached[static_cast<std::size_t>(place_of[t])] = needed_[t];
   std::vector<std::array<LocalIndex, 8>> above;
   for (const TileIndex tile : tiles_) above.push_back(tiles_above(tile, tiles));
   for (const LocalIndex id : order_) {
@@ -299,7 +299,7 @@ void CellGrid::number_nodes() {
   const std::vector<LocalIndex> numbers = number_columns(tiles, reached);
   find_rows(above, numbers);
   const auto number = [&](LocalIndex node) {
-    const LocalIndex tile = place_in(tiles, node_tiles_[static_cast<std::size_t>(node / tile_nodes)]);
+    const LocalIndex tile = place_of[static_cast<std::size_t>(node / tile_nodes)];
     return numbers[static_cast<std::size_t>(tile * tile_nodes + node % tile_nodes)];
   };
   for (LocalIndex& node : complete_) node = number(node);

@@ -62,6 +62,7 @@ class CellGrid {
   Int3 node_position(LocalIndex node) const;
   bool need(LocalIndex node);
   std::uint64_t cells_at_complete_nodes(TileIndex tile) const;
+  void add_tiles_above(TileIndex tile, std::vector<TileIndex>& tiles) const;
   std::array<LocalIndex, 8> tiles_above(TileIndex tile, const std::vector<TileIndex>& tiles) const;
   void number_nodes();
   std::vector<LocalIndex> number_columns(const std::vector<TileIndex>& tiles, const std::vector<std::uint64_t>& reached);

@@ -23,7 +23,7 @@ constexpr int least_iterations = 2;
 
 ImplicitPressure::ImplicitPressure(StepParts& parts)
     : parts_(parts), laws_(parts.physics.volumetric_laws), contact_(parts.physics) {
-  parts_any_ = std::any_of(laws_.begin(), laws_.end(), [](const auto& law) { return law && !law->tension; });
+  any_may_part_ = std::any_of(laws_.begin(), laws_.end(), [](const auto& law) { return law && !law->tension; });
   const PressureSettings& settings = parts_.physics.time_stepping.pressure;
   if (settings.solver == PressureSolver::petsc) petsc_ = std::make_unique<PetscSolver>(parts_.comm(), settings);
 }
@@ -248,7 +248,7 @@ double ImplicitPressure::speed_scale(double dt) const {
 // scaled_ = `from` over the diagonal, 0 where the cell has parted. Returns their product.
 double ImplicitPressure::precondition(const std::vector<double>& from) {
   for (std::size_t c = 0; c < from.size(); ++c) scaled_[c] = inverse_diagonal_[c] * from[c];
-  if (parts_any_)
+  if (any_may_part_)
     for (std::size_t k = 0; k < own_.size(); ++k)
       if (parted_[k]) scaled_[static_cast<std::size_t>(own_[k])] = 0.0;
   return reproducible_dot(parts_.comm(), from, scaled_);
@@ -348,7 +348,7 @@ void ImplicitPressure::find_unheld(double dt) {
 // Walls that would pull let go, those that would be penetrated hold, and cells that hold no tension part. Returns how many
 // changed.
 GlobalIndex ImplicitPressure::revise(double dt, RowEntries entries) {
-  GlobalIndex n_changed = parts_any_ ? revise_parted(dt) : 0;
+  GlobalIndex n_changed = any_may_part_ ? revise_parted(dt) : 0;
   gradients_of(pressure_, entries);
   find_unheld(dt);
   n_changed +=
@@ -425,7 +425,8 @@ std::size_t ImplicitPressure::memory() const {
       free_.capacity() * 3 + pool_.capacity() + owned_impulses_.capacity() + rows_.gradient.capacity();
   const std::size_t n_indices = number_of_.capacity() + counts_.capacity() + own_.capacity() + place_of_.capacity() +
                                 members_.first.capacity() + members_.particle.capacity() + rows_.first.capacity() +
-                                rows_.rounded.capacity() + block_of_.capacity();
+                                rows_.rounded.capacity() + block_of_.capacity() + others_.capacity() +
+                                end_of_plane_.capacity() + wave_of_own_.capacity() + own_by_wave_.capacity();
   return n_values * sizeof(double) + n_nodes * sizeof(Node) + n_indices * sizeof(LocalIndex) +
          3 * volume_.capacity() * sizeof(double) + contact_.memory() + matrix_.memory() + (grid_ ? grid_->memory() : 0);
 }

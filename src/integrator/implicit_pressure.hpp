@@ -60,7 +60,7 @@ class ImplicitPressure {
 
   StepParts& parts_;
   VolumetricLaws laws_;
-  bool parts_any_;  // some material holds no tension
+  bool any_may_part_;  // some material holds no tension
   PressureContact contact_;
   std::unique_ptr<CellGrid> grid_;
   GlobalIndex fitted_ = -1;

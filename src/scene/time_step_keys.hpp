@@ -121,21 +121,21 @@ inline const config::Keys<TimeStepSettings>& keys(config::Of<TimeStepSettings>) 
           .key("largest_volume_ratio", &S::largest_volume_ratio,
                {.about = "The run fails when a particle grows to more than this multiple of its volume.",
                 .range = config::at_least(1.0)})
-          .check([](const config::Value& table, S& s, config::Faults& faults) {
+          .check([](const config::Value& given, S& s, config::Faults& faults) {
             constexpr double most_steps = 1e15;  // as many as a run can count, in the digits of the time
             for (const auto& [key, dt] : {std::pair("dt", s.dt_fixed), std::pair("dt_max", s.dt_max)})
               if (dt > 0.0 && s.end_time / dt > most_steps)
                 faults.add(
-                    table.find(key)->place,
+                    given.find(key)->place,
                     fmt::format("'{}' is {}; it must be at least {:g}, or there are more than {:g} steps until "
                                 "'{}.end' = {}",
-                                table.find(key)->path, dt, s.end_time / most_steps, most_steps, table.path, s.end_time));
+                                given.find(key)->path, dt, s.end_time / most_steps, most_steps, given.path, s.end_time));
             if (s.dt_max == 0.0) return;
             for (const auto& [key, dt] : {std::pair("dt_min", s.dt_min), std::pair("dt_initial", s.dt_initial)})
               if (dt > s.dt_max)
-                faults.add(table.find(key)->place,
-                           fmt::format("'{}' is {}; it must be at most '{}' = {}", table.find(key)->path, dt,
-                                       table.find("dt_max")->path, s.dt_max));
+                faults.add(given.find(key)->place,
+                           fmt::format("'{}' is {}; it must be at most '{}' = {}", given.find(key)->path, dt,
+                                       given.find("dt_max")->path, s.dt_max));
           });
   return table;
 }

@@ -235,7 +235,7 @@ TEST(TimeStep, ALimitBelowTheSmallestStepIsAnError) {
 
 TEST(TimeStep, WhatIsAcceptable) {
   const TimeStepSettings settings;
-  const TimeStepPlan plan{1e-3, Limiter::previous, -1, true, true, false, true};
+  const TimeStepPlan plan{1e-3, Limiter::previous, -1, true, true, false, true, 1e-3};
   EXPECT_TRUE(is_acceptable(settings, dx, plan, moving(1.0, 0.0, 100.0)));  // exactly theta
   EXPECT_FALSE(is_acceptable(settings, dx, plan, moving(1.0, 0.0, 100.1)));
   EXPECT_TRUE(is_acceptable(settings, dx, plan, moving(100.0, 0.0, 0.0)));  // exactly one cell
