@@ -38,13 +38,19 @@ def main():
     history = runs[1e-3].history()
     study.expect_at_most("root mean square of J - 1 of the cells, largest of the run", numpy.nanmax(history["volume_error"]),
                          1e-3)
+    if study.long:  # a known miss, which the page shows
+        for name, value in found.items():
+            study.expect(f"{name}, the program's own steps", value, PROTOTYPE[name], 0.03, "m")
     unlimited = study.run("unlimited", UNLIMITED)
     for name, value in places(unlimited).items():
         study.expect(f"{name}, steps as long as the prototype's", value, PROTOTYPE[name], 0.03, "m")
     study.expect_at_most("root mean square of J - 1 at the end, steps as long as the prototype's", volume_error(unlimited), 2e-3)
-    study.remark(f"With the usual limit of the deformation the centre of mass ends at {found['height of the centre of mass']:.4f} "
-                 f"m and the front at {found['front']:.4f} m, {history['step'][-1]} steps instead of "
-                 f"{unlimited.history()['step'][-1]}: the damping of the transfers moves results with the number of steps.")
+    study.remark("The prototype's floor, walls and limits are not stated. Floors that stick, slip and separate, two domains and "
+                 "three limits of the deformation were tried; this floor, no wall near by and the limit 0.5 came closest. The rows "
+                 "with its steps therefore say that the prototype can be met, not that it was predicted.")
+    study.remark(f"The program's own steps are {history['step'][-1]} instead of {unlimited.history()['step'][-1]}. With the longer "
+                 f"ones the root mean square of J - 1 reaches {numpy.nanmax(unlimited.history()['volume_error']):.1e} during the "
+                 "impact.")
     means = [f"{run.history()['pressure_iterations'].mean():.1f}" for run in runs.values()]
     study.remark(f"With tolerances 1e-2, 1e-3 and 1e-6 a step takes {', '.join(means)} iterations on average.")
     study.finish()

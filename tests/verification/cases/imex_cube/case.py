@@ -25,6 +25,8 @@ def main():
                   "Counts of the prototype of the method for a jittered cube: 17, 17, 26 iterations for 8, 16, 32 cells a side")
     for cells in (8, 16, 32) if study.long else (8, 16):
         study.expect(f"iterations to 1e-3, {cells} cells a side", iterations(study, cells), COUNTS[cells], 0.3)
+    study.remark("The prototype's right side is not stated; here it is that of a fall onto a sticky floor in the first step, and the "
+                 "residual is measured in the norm of the diagonal: the counts can agree in size only.")
     study.finish()
 
 
