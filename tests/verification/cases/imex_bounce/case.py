@@ -21,6 +21,9 @@ def bounce(study, name, sets):
     study.expect_at_most(f"{name}: floor's reach over the largest height of the lowest particle afterwards", REACH / clear, 0.99,
                          note="below 1 it has left the floor")
     study.expect_at_most(f"{name}: speed that is lost, over that of the impact", 1.0 + speed[leap] / speed[impact], 0.4)
+    study.expect_at_most(f"{name}: speed that is gained, over that of the impact", max(0.0, -speed[leap] / speed[impact] - 1.0), 0.0)
+    push = history["floorpressure_Pa"][1:]
+    study.expect_at_most(f"{name}: largest pull of the floor over its largest push", max(0.0, -push.min()) / push.max(), 1e-12)
     study.remark(f"The {name} falls at {-speed[impact]:.3f} m/s and leaves at {speed[leap]:.3f} m/s, in {history['step'][-1]} "
                  f"steps with at most {history['contact_rounds'].max():g} and on average "
                  f"{history['contact_rounds'][1:].mean():.2f} solutions each; the mean volume ratio moves by "
