@@ -74,6 +74,38 @@ Material with_bulk_modulus(const Material& material, double bulk_modulus) {
 
 Material without_volumetric_law(const Material& material) { return with_bulk_modulus(material, 0.0); }
 
+namespace {
+
+// The parameter behind Law::viscosity(), if it has one.
+template <class Law>
+double* viscosity_parameter(Law& law) {
+  if constexpr (requires { law.parameters.viscosity; })
+    return &law.parameters.viscosity;
+  else if constexpr (requires { law.parameters.background_viscosity; })
+    return &law.parameters.background_viscosity;
+  else if constexpr (requires { law.parameters.solvent_viscosity; })
+    return &law.parameters.solvent_viscosity;
+  else
+    return nullptr;
+}
+
+}  // namespace
+
+double separable_viscosity(const Material& material) {
+  if (std::holds_alternative<AddedLaw>(material)) return 0.0;
+  return std::visit([](const auto& law) { return law.viscosity(); }, material);
+}
+
+Material without_viscosity(const Material& material) {
+  Material rest = material;
+  std::visit(
+      [](auto& law) {
+        if (double* const viscosity = viscosity_parameter(law)) *viscosity = 0.0;
+      },
+      rest);
+  return rest;
+}
+
 bool flows(const Material& material) {
   if (const auto* added = std::get_if<AddedLaw>(&material)) return added->parameters.model->flows();
   return std::visit([](const auto& law) { return law.flows; }, material);

@@ -53,6 +53,13 @@ Material with_bulk_modulus(const Material& material, double bulk_modulus);
 /// The material without that part: its stress is the rest of the law's, its waves are those of shear. Not collective.
 Material without_volumetric_law(const Material& material);
 
+/// The viscosity of a stress that follows the rate of deformation at once and that a step may treat implicitly, Pa s; 0 where there
+/// is none, and for laws that a program has added. Not collective.
+double separable_viscosity(const Material& material);
+
+/// The material without that stress. Not collective.
+Material without_viscosity(const Material& material);
+
 /// Whether a material deforms irreversibly, as fluids do. Not collective.
 bool flows(const Material& material);
 

@@ -13,11 +13,13 @@ using Place = DerivedField::Place;
 SymTensor<double> kirchhoff_stress(const Place& at) {
   SymTensor<double> tau;
   for (int c = 0; c < 6; ++c) tau.c[c] = at.particles.real(Field::kirchhoff_stress, c)[at.p];
-  // Under an implicit pressure tau is what the law gives beside it.
+  // Under an implicit pressure or viscosity tau is what the law gives beside it.
   if (at.particles.has(Field::cell_mean_stress)) {
     const double spherical = at.particles.real(Field::volume_ratio)[at.p] * at.particles.real(Field::cell_mean_stress)[at.p];
     for (int a = 0; a < 3; ++a) tau.c[a] += spherical;
   }
+  if (at.particles.has(Field::viscous_stress))
+    for (int c = 0; c < 6; ++c) tau.c[c] += at.particles.real(Field::viscous_stress, c)[at.p];
   return tau;
 }
 

@@ -26,6 +26,7 @@ enum class Field : int {
   viscous_left_cauchy_green,
   added_law_variables,
   cell_mean_stress,
+  viscous_stress,
   material,
   id,
 };
@@ -78,6 +79,9 @@ inline constexpr std::array field_table = {
     FieldInfo{Field::cell_mean_stress, "cell_mean_stress", "Pa",
               "mean Cauchy stress by the implicit pressure of the particle's cell, which tau then lacks; tension positive",
               FieldType::real, 1, true, true, true},
+    FieldInfo{Field::viscous_stress, "viscous_stress", "Pa",
+              "Kirchhoff stress by implicit viscosity, which tau then lacks, xx yy zz xy yz xz", FieldType::real, 6, true,
+              true, true},
     FieldInfo{Field::material, "material", "1", "index into the scene's materials", FieldType::uint8, 1, true, true},
     FieldInfo{Field::id, "id", "1", "unique, from the seeding geometry alone", FieldType::int64, 1, true, true},
 };
