@@ -65,7 +65,7 @@ void print_choice(const Scene& scene, const IntegratorChoice& choice) {
                name(f.limit.limiter), f.n_steps, cost);
   };
   print_integrator("explicit", choice.explicit_step, "");
-  print_integrator("imex", choice.imex, fmt::format(", each at about {:g} times the cost", imex_step_cost));
+  print_integrator("imex", choice.imex, fmt::format(", each at about {:.2g} times the cost", choice.imex.step_cost));
   const bool chosen = choice.cheaper == scene.time_stepping.integrator;
   fmt::print("cheaper    {}{}: {}\n", choice.cheaper == IntegratorKind::imex ? "imex" : "explicit",
              chosen ? ", which the scene has" : "", choice.reason);

@@ -84,6 +84,8 @@ void take_last_row(const HistoryReader& reader, RunFigures& figures) {
   figures.pressure_iterations = value("pressure_iterations");
   figures.most_pressure_iterations = value("pressure_iterations_max");
   figures.contact_rounds = value("contact_rounds");
+  figures.viscosity_iterations = value("viscosity_iterations");
+  figures.most_viscosity_iterations = value("viscosity_iterations_max");
   const double step = value("step");
   if (!(figures.step >= step)) {
     figures.step = step;
@@ -135,6 +137,8 @@ RunFigures figures_of(const RunFolder& run) {
                         &figures.pressure_iterations,
                         &figures.most_pressure_iterations,
                         &figures.contact_rounds,
+                        &figures.viscosity_iterations,
+                        &figures.most_viscosity_iterations,
                         &figures.energy_scale,
                         &figures.seconds_per_step,
                         &figures.recent_steps_per_second,

@@ -35,6 +35,7 @@ struct RunFigures {
   double thickness_decile;                                               ///< cells
   double volume_error;                                                   ///< rms of J - 1
   double pressure_iterations, most_pressure_iterations, contact_rounds;  ///< a step, of the last row
+  double viscosity_iterations, most_viscosity_iterations;                ///< likewise
   EnergyFigures first, last;
   AccountFigures account;
   double energy_scale;                                     ///< J, that the change of the sum is measured by

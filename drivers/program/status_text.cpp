@@ -82,6 +82,8 @@ std::string volume_text(const RunView& view) {
   if (std::isfinite(f.pressure_iterations))
     text = fmt::format("implicit pressure: {:.1f} iterations a step (at most {:.0f}), ", f.pressure_iterations,
                        f.most_pressure_iterations);
+  if (std::isfinite(f.viscosity_iterations))
+    text += fmt::format("viscosity {:.1f} (at most {:.0f}), ", f.viscosity_iterations, f.most_viscosity_iterations);
   return text + fmt::format("volume error {:.2g}", f.volume_error);
 }
 
@@ -322,6 +324,8 @@ Json status_json(const RunView& view) {
           {"pressure_iterations", rounded(f.pressure_iterations)},
           {"pressure_iterations_max", whole(f.most_pressure_iterations)},
           {"contact_rounds", rounded(f.contact_rounds)},
+          {"viscosity_iterations", rounded(f.viscosity_iterations)},
+          {"viscosity_iterations_max", whole(f.most_viscosity_iterations)},
           {"kinetic_energy", rounded(f.last.kinetic)},
           {"elastic_energy", rounded(f.last.elastic)},
           {"gravitational_energy", rounded(f.last.gravitational)},

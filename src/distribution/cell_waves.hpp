@@ -17,6 +17,9 @@ class CellWaves {
   /// `joined`: pairs of nodes that need each other to be complete, besides the repeated ones. Not collective.
   CellWaves(const CellGrid& cells, std::span<const CellGrid::Copy> joined);
 
+  /// One wave of so many nodes and no cells. Not collective.
+  explicit CellWaves(LocalIndex n_nodes) : n_waves_(1), node_(static_cast<std::size_t>(n_nodes), 0) {}
+
   LocalIndex size() const { return n_waves_; }
   /// By place in CellGrid::order().
   std::span<const LocalIndex> planes() const { return plane_; }

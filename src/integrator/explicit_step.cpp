@@ -24,6 +24,7 @@ ExplicitStep::ExplicitStep(StepParts& parts)
     : parts_(parts), splits_(parts.physics.transfer.keeps_residual()), received_(parts.contact.no_impulses()) {
   parts_.budget.set_combined(!splits_);
   if (!parts.physics.volumetric_laws.empty()) pressure_ = std::make_unique<ImplicitPressure>(parts);
+  if (!parts.physics.implicit_viscosities.empty()) viscosity_ = std::make_unique<ImplicitViscosity>(parts);
   for (const NamedMaterial& named : parts.physics.materials)
     shear_wave_speed_ = std::max(shear_wave_speed_, shear_wave_speed_at_rest(named.material));
 }
@@ -39,9 +40,10 @@ StepReport ExplicitStep::step(const StepRequest& request, TimeStepState& state) 
   for (;;) {
     report.plan = plan_step(settings, cell_size, particles.bounds(), colliders, request.remaining, state);
     local = {};
-    report.pressure = compute_nodes(request.time, report.plan.dt, report.plan.unclipped, local);
-    if (!report.pressure.solved) {
-      reject_unsolved(settings, report.plan, report.pressure.fault, state);
+    compute_nodes(request.time, report.plan.dt, report, local);
+    if (!report.viscosity.solved || !report.pressure.solved) {
+      const ImplicitPart part = report.viscosity.solved ? ImplicitPart::pressure : ImplicitPart::viscosity;
+      reject_unsolved(settings, report.plan, part, report.pressure.fault, state);
       ++report.n_rejected;
       continue;
     }
@@ -68,13 +70,11 @@ StepReport ExplicitStep::step(const StepRequest& request, TimeStepState& state) 
 }
 
 // Particles -> the velocities of the nodes in every pool. Changes no particle.
-PressureReport ExplicitStep::compute_nodes(double time, double dt, double unclipped_dt, StepBounds& local) {
+void ExplicitStep::compute_nodes(double time, double dt, StepReport& report, StepBounds& local) {
   const SumBounds sums = sum_bounds(parts_.physics.grid, parts_.physics.transfer, parts_.particles.bounds(), dt, splits_);
   particles_to_nodes(dt, sums);
-  const PressureReport pressure =
-      update_nodes(time, {parts_.physics.gravity, dt, empty_mass * sums.mass}, unclipped_dt, local);
+  update_nodes(time, {parts_.physics.gravity, dt, empty_mass * sums.mass}, report, local);
   nodes_to_pools();
-  return pressure;
 }
 
 TimeStepLimit ExplicitStep::dt_limit(const StepBounds& bounds, double time, double remaining) const {
@@ -92,8 +92,11 @@ double ExplicitStep::collider_speed(const StepBounds& bounds, double time, doubl
 // By the particles as they are before the step.
 double ExplicitStep::kept_share(double dt) const {
   const Physics& physics = parts_.physics;
+  const double cell_size = physics.grid.cell_size;
   const MotionBounds& motion = parts_.particles.bounds().motion;
-  return physics.transfer.kept_share(dt, physics.transfer.decay_rate(physics.grid.cell_size, motion, shear_wave_speed_));
+  // Implicit viscosity crosses cells, too.
+  const double crossing = shear_wave_speed_ + (viscosity_ ? viscosity_->kinematic_viscosity() / cell_size : 0.0);
+  return physics.transfer.kept_share(dt, physics.transfer.decay_rate(cell_size, motion, crossing));
 }
 
 void ExplicitStep::fit() {
@@ -128,17 +131,29 @@ void ExplicitStep::particles_to_nodes(double dt, const SumBounds& sums) {
     particles.exchange().add(pool_.data(), velocity_.data());
 }
 
-// The phases of explicit forces, of the pressure and of contact follow each other.
-PressureReport ExplicitStep::update_nodes(double time, const GridUpdate& update, double unclipped_dt, StepBounds& local) {
+// The phases of explicit forces, of viscosity, of the pressure and of contact follow each other.
+void ExplicitStep::update_nodes(double time, const GridUpdate& update, StepReport& report, StepBounds& local) {
   Node* const nodes = velocity_.data();
   push_nodes(time, update, local);
-  PressureReport pressure;
-  if (pressure_ && update.dt > 0.0) pressure = pressure_->apply(time, update, unclipped_dt, nodes, change());
+  if (update.dt > 0.0) solve_implicit_parts(time, update, report);
   const PhaseTimer timer(parts_.times, Phase::grid_update);
   received_.clear();
   parts_.contact.apply(time, update, nodes, change(), received_, parts_.budget.contact());
   parts_.budget.after_contact(update, parts_.particles.exchange().active_nodes(), nodes);
-  return pressure;
+}
+
+// Viscosity meets the motion that the pressure of the last step would leave; the pressure then replaces that.
+void ExplicitStep::solve_implicit_parts(double time, const GridUpdate& update, StepReport& report) {
+  Node* const nodes = velocity_.data();
+  report.viscosity = {};
+  report.pressure = {};
+  if (pressure_) pressure_->begin();
+  if (viscosity_) {
+    const std::span<const Node> predicted = pressure_ ? pressure_->last_impulses(update.dt) : std::span<const Node>();
+    report.viscosity = viscosity_->apply(time, update, predicted, nodes, change());
+    if (!report.viscosity.solved) return;
+  }
+  if (pressure_) report.pressure = pressure_->apply(time, update, report.plan.unclipped, nodes, change());
 }
 
 void ExplicitStep::push_nodes(double time, const GridUpdate& update, StepBounds& local) {
@@ -210,6 +225,7 @@ void ExplicitStep::nodes_to_particles(double dt, StepBounds& local) {
         parts_.material_seconds[m] += end - begin;
         begin = end;
       }
+      if (viscosity_) viscosity_->record(gradient, dt, block);
     }
     grid.place(block);
   }
@@ -219,14 +235,16 @@ void ExplicitStep::nodes_to_particles(double dt, StepBounds& local) {
 
 std::span<const Node> ExplicitStep::node_velocities(double time) {
   fit();
+  StepReport report;
   StepBounds none;
-  compute_nodes(time, 0.0, 0.0, none);
+  compute_nodes(time, 0.0, report, none);
   return velocity_;
 }
 
 std::size_t ExplicitStep::memory() const {
   return (pool_.capacity() + velocity_.capacity() + change_.capacity()) * sizeof(Node) +
-         pairs_.capacity() * sizeof(NodePair) + (pressure_ ? pressure_->memory() : 0);
+         pairs_.capacity() * sizeof(NodePair) + (pressure_ ? pressure_->memory() : 0) +
+         (viscosity_ ? viscosity_->memory() : 0);
 }
 
 }  // namespace bulkley

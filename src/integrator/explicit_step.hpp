@@ -1,11 +1,12 @@
 #pragma once
 // The explicit step: symplectic Euler on the nodes, dt bounded by the elastic wave, viscosity, speed and deformation
 // (docs/theory.md). With an implicit pressure (integrator imex) the same, but that the pressure of laws with a volumetric part
-// is that of the end of the step, and their waves of pressure bound nothing.
+// is that of the end of the step, and their waves of pressure bound nothing; likewise with implicit viscosity.
 
 #include <memory>
 
 #include "integrator/implicit_pressure.hpp"
+#include "integrator/implicit_viscosity.hpp"
 #include "integrator/integrator.hpp"
 #include "kernel/p2g.hpp"
 
@@ -28,10 +29,11 @@ class ExplicitStep : public Integrator {
   double collider_speed(const StepBounds& bounds, double time, double remaining) const;
   double kept_share(double dt) const;
   void particles_to_nodes(double dt, const SumBounds& sums);
-  PressureReport update_nodes(double time, const GridUpdate& update, double unclipped_dt, StepBounds& local);
+  void update_nodes(double time, const GridUpdate& update, StepReport& report, StepBounds& local);
+  void solve_implicit_parts(double time, const GridUpdate& update, StepReport& report);
   void push_nodes(double time, const GridUpdate& update, StepBounds& local);
   void nodes_to_pools();
-  PressureReport compute_nodes(double time, double dt, double unclipped_dt, StepBounds& local);
+  void compute_nodes(double time, double dt, StepReport& report, StepBounds& local);
   StepBounds trial_motion(const StepBounds& local);
   void nodes_to_particles(double dt, StepBounds& local);
 
@@ -45,7 +47,8 @@ class ExplicitStep : public Integrator {
   NodeVector velocity_;   ///< {m v, m}, then {v, m} of the owned nodes
   NodeVector change_;     ///< {dt f, -}, then the change of velocity in the step; only where splits_
   std::unique_ptr<ImplicitPressure> pressure_;  ///< none where all forces are explicit
-  ContactImpulses received_;                    ///< by the colliders from this rank's nodes in the step being tried
+  std::unique_ptr<ImplicitViscosity> viscosity_;
+  ContactImpulses received_;  ///< by the colliders from this rank's nodes in the step being tried
 };
 
 }  // namespace bulkley

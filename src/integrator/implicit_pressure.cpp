@@ -45,12 +45,16 @@ void ImplicitPressure::fit() {
   fitted_ = parts_.particles.version();
 }
 
-PressureReport ImplicitPressure::apply(double time, const GridUpdate& update, double unclipped_dt, Node* nodes,
-                                       Node* change) {
+void ImplicitPressure::begin() {
   const PhaseTimer timer(parts_.times, Phase::pressure);
   fit();
   number_cells();
   fill_cells();
+}
+
+PressureReport ImplicitPressure::apply(double time, const GridUpdate& update, double unclipped_dt, Node* nodes,
+                                       Node* change) {
+  const PhaseTimer timer(parts_.times, Phase::pressure);
   fetch_nodes(update, nodes);
   gradients_of(pressure_, RowEntries::rounded);
   find_unheld(update.dt);
@@ -369,26 +373,25 @@ GlobalIndex ImplicitPressure::revise_parted(double dt) {
   return n_changed;
 }
 
-// After the last `revise`, which has left B^T p in impulses_.
-void ImplicitPressure::add_impulses(const GridUpdate& update, Node* nodes, Node* change) {
+// owned_impulses_ = -dt B^T p, which is in impulses_.
+void ImplicitPressure::copy_impulses(double dt) {
   for (const CellGrid::Copy& copy : grid_->owned()) {
     const double* const gradient = impulses_[static_cast<std::size_t>(copy.node)].c;
-    owned_impulses_[static_cast<std::size_t>(copy.other)] = {
-        {-update.dt * gradient[0], -update.dt * gradient[1], -update.dt * gradient[2], 0.0}};
+    owned_impulses_[static_cast<std::size_t>(copy.other)] = {{-dt * gradient[0], -dt * gradient[1], -dt * gradient[2], 0.0}};
   }
-  Node* const impulses = owned_impulses_.data();
-  parts_.contact.fold_later(impulses);
-  const std::span<const LocalIndex> active = parts_.particles.exchange().active_nodes();
-  parts_.budget.later_kick(update, active, nodes, impulses);
-  for (const LocalIndex n : active) {
-    if (!(nodes[n].c[3] > update.smallest_mass)) continue;
-    const double inverse = 1.0 / nodes[n].c[3];
-    for (int a = 0; a < 3; ++a) {
-      const double given = impulses[n].c[a] * inverse;
-      nodes[n].c[a] += given;
-      if (change) change[n].c[a] += given;
-    }
-  }
+}
+
+std::span<const Node> ImplicitPressure::last_impulses(double dt) {
+  const PhaseTimer timer(parts_.times, Phase::pressure);
+  gradients_of(pressure_, RowEntries::exact);
+  copy_impulses(dt);
+  return owned_impulses_;
+}
+
+// After the last `revise`, which has left B^T p in impulses_.
+void ImplicitPressure::add_impulses(const GridUpdate& update, Node* nodes, Node* change) {
+  copy_impulses(update.dt);
+  parts_.add_later_impulses(update, owned_impulses_.data(), nodes, change);
 }
 
 void ImplicitPressure::keep_volumes(ParticleBlock block) {

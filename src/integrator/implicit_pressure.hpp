@@ -24,6 +24,11 @@ class ImplicitPressure {
   /// Makes everything fit the present pools. Collective.
   void fit();
 
+  /// Makes the system of a step of the particles as they are. Collective.
+  void begin();
+  /// The impulses of the last step's pressure in a step of dt, s, of owned nodes in front of walls and behind; after `begin`,
+  /// valid until `apply`. Collective.
+  std::span<const Node> last_impulses(double dt);
   /// Finds the pressures at the end of a step from `time` and adds their impulses to the owned nodes. `nodes`: {v, m} before
   /// contact, images folded; `change`: likewise their change in the step, or null. `unclipped_dt`: s, that of (I7). Where it was
   /// not solved, nothing is added; the same on every rank. Collective.
@@ -55,6 +60,7 @@ class ImplicitPressure {
   void find_unheld(double dt);
   GlobalIndex revise(double dt, RowEntries entries);
   GlobalIndex revise_parted(double dt);
+  void copy_impulses(double dt);
   void add_impulses(const GridUpdate& update, Node* nodes, Node* change);
   double speed_scale(double dt) const;
 

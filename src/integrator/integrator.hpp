@@ -24,12 +24,19 @@ struct PressureReport {
   std::string fault;     ///< then: "the pressure is not found ...", where the solver says why
 };
 
+/// How the viscous motion of a step was found.
+struct ViscosityReport {
+  int n_iterations = 0;  ///< of conjugate gradients
+  bool solved = true;    ///< as PressureReport
+};
+
 /// How a step went; the same on every rank.
 struct StepReport {
-  TimeStepPlan plan;        ///< the plan that was carried out
-  int n_rejected = 0;       ///< plans that were judged bad before it
-  PressureReport pressure;  ///< of an implicit pressure
-  StepBounds bounds;        ///< merged over ranks, after the step
+  TimeStepPlan plan;          ///< the plan that was carried out
+  int n_rejected = 0;         ///< plans that were judged bad before it
+  PressureReport pressure;    ///< of an implicit pressure
+  ViscosityReport viscosity;  ///< of implicit viscosity
+  StepBounds bounds;          ///< merged over ranks, after the step
 };
 
 class Integrator {

@@ -26,6 +26,8 @@ struct Physics {
   std::vector<Gauge> gauges;
   /// With an implicit pressure: the volumetric parts of the materials' laws, which `materials` then lack. Empty otherwise.
   VolumetricLaws volumetric_laws = {};
+  /// With implicit viscosity: that of the materials' viscous stress, Pa s, which `materials` then lack. Empty otherwise.
+  std::vector<double> implicit_viscosities = {};
 };
 
 }  // namespace bulkley

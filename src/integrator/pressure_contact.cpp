@@ -14,8 +14,23 @@ void set_vector_of(Node& node, const Vec3& value) { std::copy_n(value.data(), 3,
 }  // namespace
 
 void PressureContact::fit(const CellGrid& cells) {
-  const std::vector<Int3> positions = cells.complete_positions();
-  nodes_.assign(cells.complete_nodes().begin(), cells.complete_nodes().end());
+  find(cells.complete_positions(), cells.complete_nodes());
+  std::vector<CellGrid::Copy> joined;
+  for (const NodeImage& image : images_) joined.push_back({image.behind, image.front});
+  waves_ = CellWaves(cells, joined);
+  repeated_.assign(cells.repeated().begin(), cells.repeated().end());
+  sort_by_wave();
+}
+
+void PressureContact::fit(const std::vector<Int3>& positions, std::span<const LocalIndex> nodes, LocalIndex n_nodes) {
+  find(positions, nodes);
+  waves_ = CellWaves(n_nodes);
+  repeated_.clear();
+  sort_by_wave();
+}
+
+void PressureContact::find(const std::vector<Int3>& positions, std::span<const LocalIndex> nodes) {
+  nodes_.assign(nodes.begin(), nodes.end());
   const auto number = [&](LocalIndex n) { return nodes_[static_cast<std::size_t>(n)]; };
   fixed_ = node_constraints(physics_.grid, physics_.faces, physics_.colliders, positions);
   moving_.reset();
@@ -28,15 +43,10 @@ void PressureContact::fit(const CellGrid& cells) {
     image.behind = number(image.behind);
     image.front = number(image.front);
   }
-  sort_by_wave(cells);
 }
 
-void PressureContact::sort_by_wave(const CellGrid& cells) {
-  std::vector<CellGrid::Copy> joined;
-  for (const NodeImage& image : images_) joined.push_back({image.behind, image.front});
-  waves_ = CellWaves(cells, joined);
+void PressureContact::sort_by_wave() {
   nodes_by_wave_ = nodes_;
-  repeated_.assign(cells.repeated().begin(), cells.repeated().end());
   const auto sort = [&](auto& things, auto node_of, WaveRanges& ranges) {
     const auto wave = [&](const auto& thing) { return waves_.of_node(node_of(thing)); };
     std::stable_sort(things.begin(), things.end(), [&](const auto& a, const auto& b) { return wave(a) < wave(b); });

@@ -1,10 +1,11 @@
 #pragma once
-// Walls and colliders inside the pressure system: on the nodes of a CellGrid, as projections (docs/theory.md, "Implicit pressure").
+// Walls and colliders inside the linear systems of an implicit step, as projections (docs/theory.md, "Implicit pressure").
 //
-// Each rank finds the constraints of all nodes that its cells reach by itself: they follow from geometry, and from velocities and
-// masses that owners have sent.
+// Each rank finds the constraints of the nodes that it needs by itself: they follow from geometry, and from velocities and masses
+// of those nodes.
 
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "distribution/cell_waves.hpp"
@@ -22,6 +23,9 @@ class PressureContact {
   void fit(const CellGrid& cells);
   /// The waves of products with the nodes of `cells`, images completed together. Not collective.
   const CellWaves& waves() const { return waves_; }
+  /// Finds what touches nodes at these `positions` in the grid, which are `nodes` of arrays of `n_nodes`; one wave has them all.
+  /// Not collective.
+  void fit(const std::vector<Int3>& positions, std::span<const LocalIndex> nodes, LocalIndex n_nodes);
 
   /// The constraints of a step from `time`, each separating one in force where the material comes towards it. `velocity`: {v, -}
   /// of the nodes before contact. Not collective.
@@ -69,10 +73,11 @@ class PressureContact {
     Vec3 offset;
   };
   void project(HeldNode& held) const;
-  void sort_by_wave(const CellGrid& cells);
+  void find(const std::vector<Int3>& positions, std::span<const LocalIndex> nodes);
+  void sort_by_wave();
 
   const Physics& physics_;
-  std::vector<LocalIndex> nodes_;  // numbers of the complete nodes
+  std::vector<LocalIndex> nodes_;
   CellWaves waves_;
   // All of these by wave.
   std::vector<LocalIndex> nodes_by_wave_;

@@ -32,6 +32,21 @@ void StepParts::add_forces(const GridUpdate& update, double time, const Node* mo
   }
 }
 
+void StepParts::add_later_impulses(const GridUpdate& update, Node* impulses, Node* nodes, Node* change) {
+  contact.fold_later(impulses);
+  const std::span<const LocalIndex> active = particles.exchange().active_nodes();
+  budget.later_kick(update, active, nodes, impulses);
+  for (const LocalIndex n : active) {
+    if (!(nodes[n].c[3] > update.smallest_mass)) continue;
+    const double inverse = 1.0 / nodes[n].c[3];
+    for (int a = 0; a < 3; ++a) {
+      const double given = impulses[n].c[a] * inverse;
+      nodes[n].c[a] += given;
+      if (change) change[n].c[a] += given;
+    }
+  }
+}
+
 std::size_t StepParts::memory() const {
   std::size_t total = contact.memory() + budget.memory() + active_positions.capacity() * sizeof(Int3);
   for (const auto& force : forces) total += force->memory();

@@ -28,6 +28,10 @@ struct StepParts {
   /// Adds all forces; none in a step of no duration. Collective.
   void add_forces(const GridUpdate& update, double time, const Node* momenta, Node* impulses, FailureCounts& failures);
 
+  /// Impulses that were found after the node update, of all active nodes -> velocities; `change` where given. `impulses` come back
+  /// folded. Not collective.
+  void add_later_impulses(const GridUpdate& update, Node* impulses, Node* nodes, Node* change);
+
   const Comm& comm() const { return particles.comm(); }
   std::size_t memory() const;
 

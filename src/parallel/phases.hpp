@@ -15,8 +15,9 @@ enum class Phase : int {
   p2g,
   exchange,
   grid_update,
-  pressure,  ///< implicit
-  judge,     ///< of a trial step, before a particle changes
+  viscosity,  ///< implicit
+  pressure,   ///< implicit
+  judge,      ///< of a trial step, before a particle changes
   g2p,
   stress_update,
   locate,

@@ -81,8 +81,8 @@ Balancer::Clock Balancer::read_clock(const Solver& solver) {
   const PhaseTimes& times = solver.times();
   Clock clock;
   // The pressure's cells are where particles are. It includes waits for other ranks, which weigh particles the more.
-  for (const Phase phase :
-       {Phase::p2g, Phase::pressure, Phase::g2p, Phase::stress_update, Phase::locate, Phase::judge, Phase::sort})
+  for (const Phase phase : {Phase::p2g, Phase::viscosity, Phase::pressure, Phase::g2p, Phase::stress_update, Phase::locate,
+                            Phase::judge, Phase::sort})
     clock.particles += times[phase].seconds;
   clock.nodes = times[Phase::grid_update].seconds + times[Phase::exchange].seconds - solver.exchange_wait();
   clock.materials = solver.material_seconds();

@@ -76,6 +76,12 @@ void choose_frame_fields(const Value& root, Scene& scene, Faults& faults) {
                                              field.name, field.meaning));
       continue;
     }
+    if (field.field == Field::viscous_stress) {
+      if (listed && scene.time_stepping.viscosity != ViscosityKind::implicit_stress)
+        faults.add(given->place, fmt::format("'output.fields' names '{}', which needs time.viscosity = \"implicit\" ({})",
+                                             field.name, field.meaning));
+      continue;
+    }
     if (!given && present.contains(field.field)) scene.output.fields.emplace_back(field.name);
     if (given && listed && !present.contains(field.field))
       faults.add(given->place, fmt::format("'output.fields' names '{}', which no law among the scene's materials has ({})",

@@ -60,6 +60,26 @@ inline const config::Keys<PressureSettings>& keys(config::Of<PressureSettings>) 
   return table;
 }
 
+inline config::Names<ViscosityKind> names(config::Of<ViscosityKind>) {
+  return {{"explicit", ViscosityKind::explicit_stress}, {"implicit", ViscosityKind::implicit_stress}};
+}
+
+inline const config::Keys<ViscousSettings>& keys(config::Of<ViscousSettings>) {
+  using S = ViscousSettings;
+  static const auto table =
+      config::Keys<S>("The implicit viscosity of `time.viscosity = \"implicit\"` (docs/theory.md, \"Implicit viscosity\").")
+          .key("tolerance", &S::tolerance,
+               {.about =
+                    "Error of the change of velocity by viscosity in a step, as a part of that change, at which it counts "
+                    "as found.",
+                .range = config::between(1e-10, 0.1)})
+          .key("max_iterations", &S::max_iterations,
+               {.about = "Iterations beyond which the step is rejected and halved.",
+                .unit = "iterations",
+                .range = config::between(1.0, 1e5)});
+  return table;
+}
+
 inline config::Names<DeformationCheck> names(config::Of<DeformationCheck>) {
   return {{"risky", DeformationCheck::risky}, {"always", DeformationCheck::always}};
 }
@@ -76,6 +96,13 @@ inline const config::Keys<TimeStepSettings>& keys(config::Of<TimeStepSettings>) 
                         "the time step."})
           .key("pressure", &S::pressure, {.about = "The implicit pressure."})
           .only_with("integrator = \"imex\"", [](const S& s) { return s.integrator == IntegratorKind::imex; })
+          .key("viscosity", &S::viscosity,
+               {.about =
+                    "Whether Newtonian stress (viscosity, background_viscosity, solvent_viscosity) is explicit or implicit: "
+                    "then viscosity does not limit the time step."})
+          .only_with("integrator = \"imex\"", [](const S& s) { return s.integrator == IntegratorKind::imex; })
+          .key("viscous", &S::viscous, {.about = "The implicit viscosity."})
+          .only_with("viscosity = \"implicit\"", [](const S& s) { return s.viscosity == ViscosityKind::implicit_stress; })
           .key("mode", &S::mode, {.about = "Whether the time step follows the limits or is fixed."})
           .key("dt", &S::dt_fixed, {.about = "The time step.", .unit = "s", .range = config::above(0.0), .required = true})
           .formerly("step")

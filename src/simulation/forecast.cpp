@@ -106,8 +106,9 @@ Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks) {
     const BodyForecast& b = f.bodies.back();
     if (!b.at_rest) start.motion.speed.include(b.speed, -1);
     const Material& material = scene.materials[body.material_index].material;
-    start.motion.wave_speed.include(wave_speed_at_rest(explicit_part(scene.time_stepping.integrator, material)), -1);
-    std::visit([&](const auto& law) { start.motion.viscosity.include(law.viscosity() / law.density(), -1); }, material);
+    const Material limiting = explicit_part(scene.time_stepping, material);
+    start.motion.wave_speed.include(wave_speed_at_rest(limiting), -1);
+    start.motion.viscosity.include(kinematic_viscosity(limiting), -1);
     if (b.mach > 0.3)
       f.warnings.push_back(fmt::format(
           "body '{}' moves at Mach {:.2f}: impacts will compress it noticeably; a larger bulk_modulus makes it stiffer",

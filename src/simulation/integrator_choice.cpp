@@ -19,19 +19,27 @@ constexpr double true_bulk_modulus = 1e8;  // Pa
 IntegratorForecast forecast_with(IntegratorKind kind, const Scene& scene, const std::vector<BodyForecast>& bodies) {
   TimeStepSettings settings = scene.time_stepping;
   settings.integrator = kind;
+  if (kind == IntegratorKind::explicit_step) settings.viscosity = ViscosityKind::explicit_stress;
   settings = limited_by_fall(settings, scene.grid.cell_size, scene.gravity.norm());
-  StepBounds bounds;
+  StepBounds bounds, viscous;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     const Material& material = scene.materials[scene.bodies[b].material_index].material;
     bounds.motion.speed.include(bodies[b].speed, -1);
     bounds.motion.velocity_gradient.include(bodies[b].speed / bodies[b].size, -1);
-    bounds.motion.wave_speed.include(wave_speed_at_rest(explicit_part(kind, material)), -1);
-    std::visit([&](const auto& law) { bounds.motion.viscosity.include(law.viscosity() / law.density(), -1); }, material);
+    const Material limiting = explicit_part(settings, material);
+    bounds.motion.wave_speed.include(wave_speed_at_rest(limiting), -1);
+    bounds.motion.viscosity.include(kinematic_viscosity(limiting), -1);
+    viscous.motion.viscosity.include(kinematic_viscosity(material), -1);
   }
   IntegratorForecast f;
   f.limit = time_step_limit(settings, scene.grid.cell_size, bounds, collider_speed(scene.grid, scene.colliders, 0.0, 0.0));
   f.n_steps = std::max(1.0, std::ceil(settings.end_time / f.limit.dt));
-  f.cost = f.n_steps * (kind == IntegratorKind::imex ? imex_step_cost : 1.0);
+  if (kind == IntegratorKind::imex) f.step_cost = imex_step_cost;
+  if (settings.viscosity == ViscosityKind::implicit_stress && viscous.motion.viscosity.value > 0.0) {
+    const double ratio = f.limit.dt / time_step_limit(settings, scene.grid.cell_size, viscous, 0.0).dt;
+    f.step_cost += viscous_iteration_cost * viscous_iterations * std::sqrt(ratio);
+  }
+  f.cost = f.n_steps * f.step_cost;
   return f;
 }
 
@@ -57,12 +65,11 @@ std::vector<std::string> notes_of(const Scene& scene) {
     }
     const auto* solid = std::get_if<FiniteViscoelastic>(&named.material);
     if (solid && solid->parameters.branch_bulk_modulus > 0.0)
-      notes.push_back(
-          fmt::format("'{}': with imex its branch_bulk_modulus of {:.3g} Pa stays explicit, for it relaxes: waves of {:.4g} "
-                      "m/s limit the "
-                      "step",
-                      named.name, solid->parameters.branch_bulk_modulus,
-                      wave_speed_at_rest(explicit_part(IntegratorKind::imex, named.material))));
+      notes.push_back(fmt::format(
+          "'{}': with imex its branch_bulk_modulus of {:.3g} Pa stays explicit, for it relaxes: waves of {:.4g} "
+          "m/s limit the "
+          "step",
+          named.name, solid->parameters.branch_bulk_modulus, wave_speed_at_rest(without_volumetric_law(named.material))));
     if (implicit && law->bulk_modulus < true_bulk_modulus) soft.push_back(fmt::format("'{}'", named.name));
     if (!implicit && law->bulk_modulus > true_bulk_modulus)
       notes.push_back(fmt::format(
@@ -79,8 +86,14 @@ std::vector<std::string> notes_of(const Scene& scene) {
 
 }  // namespace
 
-Material explicit_part(IntegratorKind kind, const Material& material) {
-  return kind == IntegratorKind::imex && volumetric_law(material) ? without_volumetric_law(material) : material;
+Material explicit_part(const TimeStepSettings& settings, const Material& material) {
+  const bool imex = settings.integrator == IntegratorKind::imex;
+  const Material rest = imex && volumetric_law(material) ? without_volumetric_law(material) : material;
+  return settings.viscosity == ViscosityKind::implicit_stress ? without_viscosity(rest) : rest;
+}
+
+double kinematic_viscosity(const Material& material) {
+  return std::visit([](const auto& law) { return law.viscosity() / law.density(); }, material);
 }
 
 IntegratorChoice compare_integrators(const Scene& scene, const std::vector<BodyForecast>& bodies) {
@@ -88,14 +101,18 @@ IntegratorChoice compare_integrators(const Scene& scene, const std::vector<BodyF
   choice.explicit_step = forecast_with(IntegratorKind::explicit_step, scene, bodies);
   choice.imex = forecast_with(IntegratorKind::imex, scene, bodies);
   choice.notes = notes_of(scene);
-  const double ratio = choice.explicit_step.n_steps / choice.imex.n_steps;
+  if (choice.imex.limit.limiter == Limiter::viscous)
+    choice.notes.push_back(scene.time_stepping.viscosity == ViscosityKind::implicit_stress
+                               ? "the viscosity of a law that the program has added stays explicit"
+                               : "viscosity limits the step of imex; with time.viscosity = \"implicit\" it does not");
+  const double ratio = choice.explicit_step.n_steps / choice.imex.n_steps, cost = choice.imex.step_cost;
   if (choice.imex.cost < choice.explicit_step.cost) {
     choice.cheaper = IntegratorKind::imex;
     choice.reason =
-        fmt::format("its steps are {:.3g} times as long, and each costs about {:g} explicit ones", ratio, imex_step_cost);
+        fmt::format("its steps are {:.3g} times as long, and each costs about {:.2g} explicit ones", ratio, cost);
   } else {
-    choice.reason = fmt::format("steps of imex are {:.3g} times as long, less than the {:g} explicit ones that each costs",
-                                ratio, imex_step_cost);
+    choice.reason = fmt::format("steps of imex are {:.3g} times as long, less than the {:.2g} explicit ones that each costs",
+                                ratio, cost);
   }
   return choice;
 }

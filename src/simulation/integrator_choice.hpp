@@ -13,11 +13,16 @@ struct BodyForecast;
 /// What a step of imex costs, in explicit steps: 2 to 7 were measured, by the iterations (docs/theory.md, "Implicit pressure").
 inline constexpr double imex_step_cost = 5.0;
 
+/// And with implicit viscosity each of its iterations; so many are needed where dt is r times the viscous limit: about
+/// viscous_iterations sqrt(r) (docs/theory.md, "Implicit viscosity").
+inline constexpr double viscous_iteration_cost = 0.55, viscous_iterations = 2.1;
+
 /// A run with one integrator, once the bodies move at their speeds U and shear at U / L; impacts may shorten steps.
 struct IntegratorForecast {
   TimeStepLimit limit{};
   double n_steps = 0.0;
-  double cost = 0.0;  ///< of the run, in explicit steps
+  double step_cost = 1.0;  ///< in explicit steps
+  double cost = 0.0;       ///< of the run, likewise
 };
 
 struct IntegratorChoice {
@@ -27,8 +32,11 @@ struct IntegratorChoice {
   std::vector<std::string> notes;  ///< materials that stay explicit, and moduli that do not suit the scene's integrator
 };
 
-/// What of a material `kind` integrates explicitly: its waves limit the step. Not collective.
-Material explicit_part(IntegratorKind kind, const Material& material);
+/// What of a material is integrated explicitly: its waves and its viscosity limit the step. Not collective.
+Material explicit_part(const TimeStepSettings& settings, const Material& material);
+
+/// Of a material's Newtonian stress, m^2/s; 0 without one. Not collective.
+double kinematic_viscosity(const Material& material);
 
 /// `bodies`: of the scene, in their order. Not collective.
 IntegratorChoice compare_integrators(const Scene& scene, const std::vector<BodyForecast>& bodies);

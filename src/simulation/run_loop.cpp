@@ -49,6 +49,7 @@ int take_step(Run& run) {
   state.time = step.plan.lands ? target : state.time + step.plan.dt;
   state.dt_last = step.plan.dt;
   state.pressure.add(step.pressure);
+  state.viscosity.add(step.viscosity);
   state.n_removed += step.bounds.transport.n_removed;
   state.n_migrated += step.bounds.transport.n_migrated;
   balance(run);

@@ -15,6 +15,7 @@ namespace {
 bool has_contact(const Face& face) { return behaviour(face.kind).contact.has_value(); }
 
 bool is_implicit(const Scene& scene) { return scene.time_stepping.integrator == IntegratorKind::imex; }
+bool has_implicit_viscosity(const Scene& scene) { return scene.time_stepping.viscosity == ViscosityKind::implicit_stress; }
 
 std::vector<std::string> columns_of_particles(const std::vector<std::string>& energies) {
   std::vector<std::string> columns{"step",
@@ -103,6 +104,8 @@ std::vector<std::string> history_columns(const Scene& scene) {
   std::vector<std::string> columns = columns_of_particles(columns_of_energies(scene));
   if (is_implicit(scene))
     for (const char* name : {"pressure_iterations", "pressure_iterations_max", "contact_rounds"}) columns.emplace_back(name);
+  if (has_implicit_viscosity(scene))
+    for (const char* name : {"viscosity_iterations", "viscosity_iterations_max"}) columns.emplace_back(name);
   const auto add_vector = [&](const std::string& prefix, const char* quantity, const char* unit) {
     for (const char* axis : {"x", "y", "z"}) columns.push_back(fmt::format("{}.{}_{} {}", prefix, quantity, axis, unit));
   };
@@ -124,6 +127,11 @@ PressureFigures pressure_figures(const PressureTotals& totals) {
   const auto steps = static_cast<double>(std::max<GlobalIndex>(totals.n_steps, 1));
   return {static_cast<double>(totals.n_iterations) / steps, totals.most_iterations,
           static_cast<double>(totals.n_rounds) / steps};
+}
+
+ViscosityFigures viscosity_figures(const ViscosityTotals& totals) {
+  const auto steps = static_cast<double>(std::max<GlobalIndex>(totals.n_steps, 1));
+  return {static_cast<double>(totals.n_iterations) / steps, totals.most_iterations};
 }
 
 std::vector<HistoryValue> history_row(const Scene& scene, const SimulationState& state, const StepReport* report,
@@ -166,6 +174,11 @@ std::vector<HistoryValue> history_row(const Scene& scene, const SimulationState&
     row.emplace_back(pressure.iterations);
     row.emplace_back(pressure.most_iterations);
     row.emplace_back(pressure.contact_rounds);
+  }
+  if (has_implicit_viscosity(scene)) {
+    const ViscosityFigures viscosity = viscosity_figures(state.viscosity);
+    row.emplace_back(viscosity.iterations);
+    row.emplace_back(viscosity.most_iterations);
   }
   const double per_second = contact.duration > 0.0 ? 1.0 / contact.duration : 0.0;
   const std::size_t n_gauges = measured.gauge_areas.size(), n_colliders = contact.impulses.n_colliders() - 2 * n_gauges;

@@ -38,6 +38,7 @@ struct Measurements {
 
 /// Means over the steps that `totals` counts. Not collective.
 PressureFigures pressure_figures(const PressureTotals& totals);
+ViscosityFigures viscosity_figures(const ViscosityTotals& totals);
 
 /// One row; `seconds_per_step`: wall time per step since the row before.
 std::vector<HistoryValue> history_row(const Scene& scene, const SimulationState& state, const StepReport* report,

@@ -26,6 +26,11 @@ Physics physics_of(const Scene& scene) {
       physics.volumetric_laws.push_back(volumetric_law(named.material));
       named.material = without_volumetric_law(named.material);
     }
+  if (scene.time_stepping.viscosity == ViscosityKind::implicit_stress)
+    for (NamedMaterial& named : physics.materials) {
+      physics.implicit_viscosities.push_back(separable_viscosity(named.material));
+      named.material = without_viscosity(named.material);
+    }
   return physics;
 }
 
@@ -33,6 +38,7 @@ OptionalFields optional_fields(const Scene& scene) {
   OptionalFields fields = internal_fields(scene.materials);
   if (scene.transfer.needs_velocity_gradient()) fields.insert(Field::velocity_gradient);
   if (scene.time_stepping.integrator == IntegratorKind::imex) fields.insert(Field::cell_mean_stress);
+  if (scene.time_stepping.viscosity == ViscosityKind::implicit_stress) fields.insert(Field::viscous_stress);
   return fields;
 }
 

@@ -50,6 +50,9 @@ void for_each_late_number(State& state, Visit visit) {
   visit("pressure.n_iterations", state.pressure.n_iterations);
   visit("pressure.most_iterations", state.pressure.most_iterations);
   visit("pressure.n_rounds", state.pressure.n_rounds);
+  visit("viscosity.n_steps", state.viscosity.n_steps);
+  visit("viscosity.n_iterations", state.viscosity.n_iterations);
+  visit("viscosity.most_iterations", state.viscosity.most_iterations);
 }
 
 constexpr const char* history_time_name = "history.time";
@@ -90,6 +93,12 @@ void PressureTotals::add(const PressureReport& report) {
   n_iterations += report.n_iterations;
   most_iterations = std::max(most_iterations, GlobalIndex{report.n_iterations});
   n_rounds += report.n_rounds;
+}
+
+void ViscosityTotals::add(const ViscosityReport& report) {
+  ++n_steps;
+  n_iterations += report.n_iterations;
+  most_iterations = std::max(most_iterations, GlobalIndex{report.n_iterations});
 }
 
 void save_state(const SimulationState& state, Reals& reals, Integers& integers) {

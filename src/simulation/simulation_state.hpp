@@ -22,6 +22,15 @@ struct PressureTotals {
   void add(const PressureReport& report);
 };
 
+/// How the viscous motion was found in them, where viscosity is implicit.
+struct ViscosityTotals {
+  GlobalIndex n_steps = 0;
+  GlobalIndex n_iterations = 0;
+  GlobalIndex most_iterations = 0;  ///< of a step
+
+  void add(const ViscosityReport& report);
+};
+
 struct SimulationState {
   GlobalIndex step = 0;
   double time = 0.0;               ///< s
@@ -40,6 +49,7 @@ struct SimulationState {
   double history_time = 0.0;                  ///< s, of the last row of history.csv
   std::vector<GlobalIndex> contact_impulses;  ///< ContactImpulses::words since then; at a checkpoint only
   PressureTotals pressure;                    ///< since then
+  ViscosityTotals viscosity;                  ///< likewise
   EnergyStart energy_start;                   ///< of the particles when the energy budget began
   std::vector<GlobalIndex> energy_words;      ///< EnergyBudget::words; at a checkpoint only
 };

@@ -216,13 +216,17 @@ void reject_step(const TimeStepSettings& settings, const TimeStepPlan& plan, con
          motion.motion.velocity_gradient.id);
 }
 
-void reject_unsolved(const TimeStepSettings& settings, const TimeStepPlan& plan, const std::string& fault,
+void reject_unsolved(const TimeStepSettings& settings, const TimeStepPlan& plan, ImplicitPart part, const std::string& fault,
                      TimeStepState& state) {
-  const std::string how = fault.empty() ? fmt::format("in {} iterations", settings.pressure.max_iterations) : fault;
+  const bool viscous = part == ImplicitPart::viscosity;
+  const char* const what = viscous ? "viscous motion" : "pressure";
+  const int iterations = viscous ? settings.viscous.max_iterations : settings.pressure.max_iterations;
+  const std::string how = fault.empty() ? fmt::format("in {} iterations", iterations) : fault;
   if (settings.mode == TimeStepMode::fixed)
-    throw NoStep(fmt::format("the pressure of a step of {:.6g} s is not found {}", plan.dt, how), -1,
-                 "choose a smaller time.dt, mode = \"adaptive\", or a larger time.pressure.max_iterations");
-  reject(settings, plan, state, fmt::format("even in that step the pressure is not found {}", how), -1);
+    throw NoStep(fmt::format("the {} of a step of {:.6g} s is not found {}", what, plan.dt, how), -1,
+                 fmt::format("choose a smaller time.dt, mode = \"adaptive\", or a larger time.{}.max_iterations",
+                             viscous ? "viscous" : "pressure"));
+  reject(settings, plan, state, fmt::format("even in that step the {} is not found {}", what, how), -1);
 }
 
 void accept_step(const TimeStepSettings& settings, const TimeStepPlan& plan, const StepBounds& bounds,

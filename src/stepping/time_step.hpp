@@ -29,6 +29,15 @@ struct PressureSettings {
   std::string petsc_options;  ///< for PETSc's solver, each beginning with petsc_pressure_prefix
 };
 
+/// Whether a Newtonian stress is that of the velocities at the start of a step or at its end.
+enum class ViscosityKind { explicit_stress, implicit_stress };
+
+/// Implicit viscosity, table [time.viscous] of a scene (docs/theory.md, "Implicit viscosity").
+struct ViscousSettings {
+  double tolerance = 1e-3;   ///< of the change of velocity, in the energy norm of the system
+  int max_iterations = 300;  ///< beyond, the step is rejected
+};
+
 enum class TimeStepMode { adaptive, fixed };
 enum class DeformationCheck { risky, always };
 
@@ -37,6 +46,8 @@ struct TimeStepSettings {
   double end_time = 0.0;  ///< s
   IntegratorKind integrator = IntegratorKind::explicit_step;
   PressureSettings pressure;
+  ViscosityKind viscosity = ViscosityKind::explicit_stress;
+  ViscousSettings viscous;
   TimeStepMode mode = TimeStepMode::adaptive;
   double dt_fixed = 0.0;                ///< s, mode fixed
   bool allow_unstable = false;          ///< fixed step above the limits: warn instead of refusing
@@ -117,9 +128,12 @@ bool is_acceptable(const TimeStepSettings& settings, double cell_size, const Tim
 /// `motion`: the motion that the plan was checked with. Throws NoStep below the smallest step. Not collective.
 void reject_step(const TimeStepSettings& settings, const TimeStepPlan& plan, const StepBounds& motion, TimeStepState& state);
 
-/// After a step whose equations were not solved: as reject_step. `fault`: how the solver ended, to follow "the pressure is not
+/// The implicit parts of a step.
+enum class ImplicitPart { pressure, viscosity };
+
+/// After a step of which `part` was not solved: as reject_step. `fault`: how the solver ended, to follow "the pressure is not
 /// found"; empty: by its iterations. Throws NoStep below the smallest step, and where the step is fixed. Not collective.
-void reject_unsolved(const TimeStepSettings& settings, const TimeStepPlan& plan, const std::string& fault,
+void reject_unsolved(const TimeStepSettings& settings, const TimeStepPlan& plan, ImplicitPart part, const std::string& fault,
                      TimeStepState& state);
 
 /// After a step was taken; `bounds` are those it ended with. Not collective.

@@ -264,6 +264,15 @@ particles_per_cell = 8
          replace=petsc('"-bulkley_pressure_pc_type hypre"', "cg")),
     Case("pressure_without_imex", USAGE, r"scene\.toml:11:1: 'time\.pressure' is given but applies only with integrator = ",
          replace={"end = 0.01": "end = 0.01\npressure = { tolerance = 1e-4 }"}),
+    Case("viscous_motion_not_found", FAILED, r"the viscous motion of a step of 0\.002 s is not found in 1 iterations.*; choose a smaller "
+         r"time\.dt.* or a larger time\.viscous\.max_iterations",
+         replace={"end = 0.01": 'end = 0.1\nintegrator = "imex"\nviscosity = "implicit"\nmode = "fixed"\ndt = 0.002\n'
+                                'allow_unstable = true\nviscous = { max_iterations = 1, tolerance = 1e-9 }',
+                  "h = 0.22": "h = 0.22\nbackground_viscosity = 5.0"}),
+    Case("viscosity_without_imex", USAGE, r"scene\.toml:11:1: 'time\.viscosity' is given but applies only with integrator = ",
+         replace={"end = 0.01": 'end = 0.01\nviscosity = "implicit"'}),
+    Case("viscous_settings_of_explicit_viscosity", USAGE, r"'time\.viscous' is given but applies only with viscosity = ",
+         replace={"end = 0.01": 'end = 0.01\nintegrator = "imex"\nviscous = { tolerance = 1e-4 }'}),
     Case("info_of_what_was_around", 0, r"frame 0 of step 1, .*\n912 particles(.|\n)*checksums are right", prepare=escape, arguments=["info", "out/failure_000000001.h5"],
          replace={"velocity = [0.0, 0.0, -1.0]": "velocity = [20.0, 0.0, 0.0]",
                   "end = 0.01": 'end = 0.01\nmode = "fixed"\ndt = 0.05\nallow_unstable = true'},

@@ -84,6 +84,7 @@ TEST_F(HistoryFile, StatusIsJson) {
   progress.n_ranks = 3;
   progress.elapsed = 7.5;
   progress.pressure = {12.5, 31, 1.0};
+  progress.viscosity = {6.5, 9};
   progress.volume_error = 0.25;
   progress.phases = {{"p2g", 4, 1.0, 1.5, 2.0}};
   progress.warnings = {"one", "two"};
@@ -95,7 +96,7 @@ TEST_F(HistoryFile, StatusIsJson) {
       "  \"particles\": 0,\n  \"first_step\": 0,\n  \"first_time\": 0.0,\n  \"wall_time\": 7.5,\n"
       "  \"wall_time_stepping\": 0.0,\n  \"wall_time_output\": 0.0,\n  \"peak_memory\": 0,\n  \"checkpoint_time\": 0.0,\n"
       "  \"pressure_iterations\": 12.5,\n  \"pressure_iterations_max\": 31,\n  \"contact_rounds\": 1.0,\n"
-      "  \"volume_error\": 0.25,\n"
+      "  \"viscosity_iterations\": 6.5,\n  \"viscosity_iterations_max\": 9,\n  \"volume_error\": 0.25,\n"
       "  \"continuation\": \"\",\n  \"host\": \"\",\n"
       "  \"program\": \"\",\n  \"phases\": [\n    {\n      \"name\": \"p2g\",\n      \"mean\": 1.5,\n      \"largest\": "
       "2.0\n    }\n  ],\n"

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The implicit pressure gives the same bits on any number of ranks and through restarts, with everything that takes part in its
 system: walls of every kind, moving colliders, gauges, a periodic axis, free surfaces that part, laws without a volumetric part,
-both orders and forms, all transfers. In each variant the energy account closes and volumes stay what they are."""
+both orders and forms, all transfers; with explicit and with implicit viscosity. In each variant the energy account closes and volumes stay what they are."""
 
 import csv
 import pathlib
@@ -17,6 +17,8 @@ ROUNDING = 1e-12  # of the energy account's largest term
 STUCK = ["boundaries.z_lower={type=\"sticky\"}"]
 ROUND = [f"boundaries.{axis}_{side}=\"periodic\"" for axis in "y" for side in ("lower", "upper")]
 AROUND = [f"boundaries.z_{side}=\"periodic\"" for side in ("lower", "upper")]
+IMPLICIT = "time.viscosity=\"implicit\""
+VISCOUS = ["materials.cream.background_viscosity=50.0", IMPLICIT]
 # name, scene, overrides, ranks of the whole run, ranks before and after a restart
 VARIANTS = (
     ("splash", "splash.toml", ["materials.cream.bulk_modulus=2e9"], (2, 3, 7), (3, 5)),
@@ -26,6 +28,11 @@ VARIANTS = (
     ("around", "splash.toml", ["gravity=[0.0, 0.0, 0.0]", "time.elastic_cfl=0.8", *AROUND], (3,), (5, 2)),
     ("mixed", "splash.toml", ["materials.rubber.law=\"fixed_corotated\""], (3,), (2, 5)),
     ("moving", "moving_colliders.toml", ["time.end=1.0", "time.growth=1.5"], (2, 7), (5, 3)),
+    ("viscous", "splash.toml", ["materials.cream.bulk_modulus=2e9", *VISCOUS], (2, 3, 7), (3, 5)),
+    ("viscous_flip", "splash.toml", ["transfer.gradient=\"bspline\"", "transfer.scheme=\"flip\"", *VISCOUS, *STUCK], (3,), (7, 2)),
+    ("viscous_round", "splash.toml", ["transfer.order=\"cubic\"", "domain.upper=[0.35,0.4,0.3]", *VISCOUS, *ROUND], (5,), (2, 7)),
+    ("viscous_moving", "moving_colliders.toml", ["time.end=1.0", "materials.fluid.background_viscosity=20.0", IMPLICIT], (2, 7), (5, 3)),
+    ("viscous_tank", "tank.toml", ["materials.water.viscosity=1e3", "transfer.scheme=\"moment_flip\"", IMPLICIT], (4,), (3, 2)),
     ("parting", "tank.toml", ["materials.water.tension=false", "gravity=[3.0, 0.0, -10.0]"], (4,), (3, 2)),
 )
 

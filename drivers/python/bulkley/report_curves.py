@@ -174,6 +174,10 @@ def laid_out(end: float, columns: list[str]) -> Sheets:
         sheets.curve("largest", "pressure_iterations_max", skips_first=True)
         sheets.begin("Solutions of the pressure in a step, until walls and free surfaces kept their state", "", from_zero=True)
         sheets.curve("rounds", "contact_rounds", skips_first=True)
+    if "viscosity_iterations" in columns:
+        sheets.begin("Iterations of implicit viscosity in a step, since the row before", "", from_zero=True)
+        sheets.curve("mean", "viscosity_iterations", skips_first=True)
+        sheets.curve("largest", "viscosity_iterations_max", skips_first=True)
     sheets.begin("Yielded part of the mass", "", from_zero=True)
     sheets.curve("yielded", "yielded_fraction")
     sheets.begin("Thickness of the thinnest tenth of the material, in cells", "[cells]", from_zero=True)

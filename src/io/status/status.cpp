@@ -50,6 +50,8 @@ Json status_json(const Status& s) {
           {"pressure_iterations", p.pressure.iterations},
           {"pressure_iterations_max", p.pressure.most_iterations},
           {"contact_rounds", p.pressure.contact_rounds},
+          {"viscosity_iterations", p.viscosity.iterations},
+          {"viscosity_iterations_max", p.viscosity.most_iterations},
           {"volume_error", p.volume_error},
           {"continuation", p.continuation},
           {"host", p.host},

@@ -20,6 +20,12 @@ struct PressureFigures {
   double contact_rounds = 0.0;  ///< a step
 };
 
+/// How the viscous motion is found, where viscosity is implicit.
+struct ViscosityFigures {
+  double iterations = 0.0;  ///< a step
+  GlobalIndex most_iterations = 0;
+};
+
 /// What the run is, and what its present part, since the start of the program, has cost so far.
 struct RunProgress {
   std::string title;    ///< of the scene
@@ -36,6 +42,7 @@ struct RunProgress {
   double peak_memory = 0.0;      ///< bytes, largest of a rank
   double checkpoint_time = 0.0;  ///< s, simulated time of the newest checkpoint
   PressureFigures pressure;      ///< of the last row of history.csv
+  ViscosityFigures viscosity;    ///< likewise
   double volume_error = 0.0;     ///< likewise
   std::string continuation;      ///< command that continues the run
   std::vector<PhaseSummary> phases;

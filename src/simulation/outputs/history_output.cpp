@@ -35,8 +35,10 @@ void HistoryOutput::write(Run& run) {
                                        run.comm.size(), seconds_per_step));
   run.solver->set_contact_impulses(no_contact_impulses(run.solver->physics()));
   run.progress.pressure = pressure_figures(state.pressure);
+  run.progress.viscosity = viscosity_figures(state.viscosity);
   run.progress.volume_error = diagnostics.volume_error;
   state.pressure = {};
+  state.viscosity = {};
   state.history_time = state.time;
   row_step_ = state.step;
   row_stepping_ = run.clock.stepping;

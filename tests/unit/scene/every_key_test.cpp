@@ -112,6 +112,8 @@ std::vector<std::pair<std::string, std::string>> setting(const std::string& sect
       {"[domain]", {{"domain", ""}}},
       {"[time]", {{"time", ""}}},
       {"[time.pressure]", {{"time.integrator", "\"imex\""}, {"time.pressure", "{}"}, {"time.pressure", ""}}},
+      {"[time.viscous]",
+       {{"time.integrator", "\"imex\""}, {"time.viscosity", "\"implicit\""}, {"time.viscous", "{}"}, {"time.viscous", ""}}},
       {"[transfer]", {{"transfer", ""}}},
       {"[materials.NAME]", {law("{ }")}},
       {"[materials.NAME], law = \"neo_hookean\"", {law("{ law = \"neo_hookean\", " + solid + " }")}},

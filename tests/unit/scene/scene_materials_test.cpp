@@ -334,6 +334,16 @@ TEST(SceneMaterials, FramesHoldTheCellMeanStressOfAnImplicitPressureWhereItIsLis
             std::string::npos);
 }
 
+TEST(SceneMaterials, FramesHoldTheStressOfImplicitViscosityWhereItIsListed) {
+  const std::string listed = "[output]\nfields = [\"viscous_stress\"]\n";
+  const std::vector<std::string> implicit{"time.integrator=imex", "time.viscosity=implicit"};
+  EXPECT_EQ(parse_scene(small_scene + listed, "s.toml", implicit).output.fields, std::vector<std::string>{"viscous_stress"});
+  EXPECT_EQ(std::ranges::count(parse_scene(small_scene, "s.toml", implicit).output.fields, "viscous_stress"), 0);
+  EXPECT_NE(faults_of(small_scene + listed)
+                .find("'output.fields' names 'viscous_stress', which needs time.viscosity = \"implicit\""),
+            std::string::npos);
+}
+
 TEST(SceneMaterials, AtMost255) {
   std::string text = small_scene;
   for (int m = 1; m < 255; ++m) text += "[materials.m" + std::to_string(m) + "]\npreset = \"pie\"\n";

@@ -44,6 +44,8 @@ def read_particles(file):
         if "cell_mean_stress" in particles:  # of an implicit pressure: the stress of the law lacks it
             spherical = particles["volume_ratio"] * particles["cell_mean_stress"]
             particles["kirchhoff_stress"][:, :3] += spherical[:, None]
+        if "viscous_stress" in particles:  # of implicit viscosity, likewise
+            particles["kirchhoff_stress"] += particles["viscous_stress"]
         time = float(data.attrs["time"])
     if "id" in particles:
         order = numpy.argsort(particles["id"])
