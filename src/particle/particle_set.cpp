@@ -14,7 +14,6 @@ namespace {
 constexpr std::size_t alignment = 64;
 // Columns of equal size tend to start at the same place modulo the cache's set size; a different offset each avoids that.
 constexpr std::size_t stagger = 5 * alignment;
-constexpr std::size_t max_columns = 64;
 }  // namespace
 
 void ParticleSet::Free::operator()(std::byte* p) const { ::operator delete[](p, std::align_val_t{alignment}); }
@@ -48,7 +47,7 @@ std::size_t ParticleSet::first_column(Field field) const {
 }
 
 std::size_t ParticleSet::column_bytes(std::size_t column) const {
-  return (static_cast<std::size_t>(capacity_) + padding) * columns_[column].element_size + max_columns * stagger;
+  return (static_cast<std::size_t>(capacity_) + padding) * columns_[column].element_size + columns_.size() * stagger;
 }
 
 void ParticleSet::reserve(LocalIndex count) {
@@ -110,7 +109,7 @@ void ParticleSet::reorder(std::span<const LocalIndex> order) {
   BULKLEY_ASSERT(order.size() == static_cast<std::size_t>(size_));
   const std::size_t n = order.size();
   // The scratch buffer is swapped with each column in turn; one-byte columns are copied back instead, being smaller.
-  const std::size_t needed = (static_cast<std::size_t>(capacity_) + padding) * sizeof(double) + max_columns * stagger;
+  const std::size_t needed = (static_cast<std::size_t>(capacity_) + padding) * sizeof(double) + columns_.size() * stagger;
   if (scratch_bytes_ < needed) {
     scratch_ = allocate(needed);
     scratch_bytes_ = needed;
