@@ -96,6 +96,8 @@ double Formula::operator()(const std::vector<double>& values) {
   }
 }
 
+bool Formula::uses(const std::string& name) const { return parts_->parser.GetUsedVar().contains(name); }
+
 VectorField::VectorField(const VectorFormula& formula) : values_(4) {
   for (const std::string& text : formula.text) components_.emplace_back(text, std::vector<std::string>{"x", "y", "z", "t"});
 }

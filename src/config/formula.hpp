@@ -33,6 +33,8 @@ class Formula {
   /// NaN where the formula has no value. The result follows from `values` alone, not from earlier evaluations.
   /// Precondition: one value for each variable.
   double operator()(const std::vector<double>& values);
+  /// Whether the variable `name` occurs in it.
+  bool uses(const std::string& name) const;
 
  private:
   struct Parts;

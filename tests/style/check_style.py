@@ -11,7 +11,7 @@ import sys
 # --- rule 1: a file includes only its own module and modules before it ---------------------------------------------------
 
 # The folders of src in the order of docs/architecture.md; the library without MPI, PETSc and HDF5 ends with `scene`.
-CORE_MODULES = ["base", "config", "geometry", "grid", "particle", "material", "kernel", "stepping", "balance", "rheometer",
+CORE_MODULES = ["base", "config", "geometry", "magnetics", "grid", "particle", "material", "kernel", "stepping", "balance", "rheometer",
                 "scene"]
 MODULES = CORE_MODULES + ["parallel", "distribution", "field", "integrator", "rebalance", "io", "simulation", "drivers"]
 PARALLEL_HEADERS = re.compile(r"^(mpi\.h|petsc\w*\.h|hdf5\w*\.h|H5\w*\.h)$")
