@@ -91,6 +91,52 @@ struct InternalColumns {
   }
 };
 
+// A law whose yield stress depends on the magnetic field at the particle, which it reads as one more internal variable.
+template <class Law>
+struct InField {
+  const Law& law;
+  static constexpr bool flows = Law::flows;
+  static constexpr int n_own = n_internal<Law>;
+  static constexpr auto internal = [] {
+    std::array<Field, Law::internal.size() + 1> fields{};
+    std::copy(Law::internal.begin(), Law::internal.end(), fields.begin());
+    fields.back() = Field::magnetic_field_strength;
+    return fields;
+  }();
+  template <class Real>
+  using Whole = State<Real, n_own + 1>;
+
+  double density() const { return law.density(); }
+  double viscosity() const { return law.viscosity(); }
+  std::array<double, n_own + 1> initial_internal() const {
+    std::array<double, n_own + 1> values{};
+    if constexpr (n_own > 0) std::ranges::copy(law.initial_internal(), values.begin());
+    return values;
+  }
+  template <class Real>
+  Real wave_speed_squared(const Whole<Real>& state) const {
+    return law.wave_speed_squared(own(state));
+  }
+  template <class Real>
+  Update<Real> update(Whole<Real>& state, const Tensor<Real>& velocity_gradient, double dt) const {
+    State<Real, n_own> part = own(state);
+    const Update<Real> result = law.update(part, velocity_gradient, dt, state.internal[n_own]);
+    static_cast<State<Real, 0>&>(state) = part;
+    if constexpr (n_own > 0) std::copy_n(part.internal, n_own, state.internal);
+    return result;
+  }
+
+ private:
+  // The state without the field.
+  template <class Real>
+  static State<Real, n_own> own(const Whole<Real>& state) {
+    State<Real, n_own> part;
+    static_cast<State<Real, 0>&>(part) = state;
+    if constexpr (n_own > 0) std::copy_n(state.internal, n_own, part.internal);
+    return part;
+  }
+};
+
 // A sum of absolute values is finite only if every addend is.
 template <int n>
 PackMask is_finite(const State<Pack, n>& state, const Update<Pack>& result) {
@@ -209,6 +255,8 @@ OptionalFields internal_fields(std::span<const NamedMaterial> materials) {
   OptionalFields fields;
   for (const NamedMaterial& named : materials)
     for (const Field variable : internal_variables(named.material)) fields.insert(variable);
+  for (const NamedMaterial& named : materials)
+    if (field_yield(named.material).given()) fields.insert(Field::magnetic_field_strength);
   return fields;
 }
 
@@ -217,7 +265,14 @@ void stress_update(const Material& material, std::uint8_t material_index, Field 
   BULKLEY_ASSERT(dt > 0.0);
   BULKLEY_ASSERT(gradient == Field::affine_velocity || gradient == Field::velocity_gradient);
   Tally tally;
-  std::visit([&](const auto& law) { update_all(law, material_index, gradient, dt, particles, tally, block); }, material);
+  std::visit(
+      [&]<class Law>(const Law& law) {
+        if constexpr (requires { law.parameters.field_yield; })
+          if (law.parameters.field_yield.given())
+            return update_all(InField<Law>{law}, material_index, gradient, dt, particles, tally, block);
+        update_all(law, material_index, gradient, dt, particles, tally, block);
+      },
+      material);
   tally.add_to(bounds);
 }
 

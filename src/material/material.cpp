@@ -26,6 +26,52 @@ std::optional<CharacteristicStress> characteristic_stress(const Material& materi
       material);
 }
 
+FieldYield field_yield(const Material& material) {
+  return std::visit(
+      [](const auto& law) -> FieldYield {
+        if constexpr (requires { law.parameters.field_yield; })
+          return law.parameters.field_yield;
+        else
+          return {};
+      },
+      material);
+}
+
+bool takes_field_yield(const Material& material) {
+  return std::visit([](const auto& law) { return requires { law.parameters.field_yield; }; }, material);
+}
+
+Material with_field_yield(const Material& material, const FieldYield& yield) {
+  Material changed = material;
+  std::visit(
+      [&](auto& law) {
+        if constexpr (requires { law.parameters.field_yield; }) law.parameters.field_yield = yield;
+      },
+      changed);
+  return changed;
+}
+
+Material at_field(const Material& material, double field) {
+  const FieldYield yield = field_yield(material);
+  if (!yield.given()) return material;
+  const double added = std::sqrt(3.0) * yield.at(field);
+  const auto raise = [&](HerschelBulkley::Parameters& p) {
+    p.sigma_Y += added;
+    p.field_yield = {};
+    p.given = {};
+  };
+  if (const auto* fluid = std::get_if<HerschelBulkley>(&material)) {
+    HerschelBulkley::Parameters p = fluid->parameters;
+    raise(p);
+    return HerschelBulkley{p};
+  }
+  ThixotropicHerschelBulkley::Parameters p = std::get<ThixotropicHerschelBulkley>(material).parameters;
+  const double without_structure = p.sigma_Y * p.residual_yield + added;  // the structure acts on the rest
+  raise(p);
+  if (p.sigma_Y > 0.0) p.residual_yield = without_structure / p.sigma_Y;
+  return ThixotropicHerschelBulkley{p};
+}
+
 double shear_wave_speed_at_rest(const Material& material) {
   constexpr double strain = 1e-4;
   const SymTensor<double> simple_shear{{1.0 + strain * strain, 1.0, 1.0, strain, 0.0, 0.0}};

@@ -36,6 +36,16 @@ std::optional<std::string> material_fault(const Material& material);
 /// The fields that hold what a material's law keeps in addition to b and J. Not collective.
 std::span<const Field> internal_variables(const Material& material);
 
+/// What a magnetic field adds to the yield stress; none for a law without one. Not collective.
+FieldYield field_yield(const Material& material);
+/// The material with that. Not collective. Precondition: a Herschel-Bulkley fluid, thixotropic or not.
+Material with_field_yield(const Material& material, const FieldYield& yield);
+/// Whether a material's law can have one. Not collective.
+bool takes_field_yield(const Material& material);
+/// The material as it is where the magnetic field has the strength `field` (A/m, >= 0): a larger yield stress instead of one that
+/// depends on the field. Not collective.
+Material at_field(const Material& material, double field);
+
 /// The shear stress at a shear rate (1/s), if the law has one. Not collective.
 std::optional<CharacteristicStress> characteristic_stress(const Material& material, double rate);
 

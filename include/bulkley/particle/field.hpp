@@ -27,6 +27,7 @@ enum class Field : int {
   added_law_variables,
   cell_mean_stress,
   viscous_stress,
+  magnetic_field_strength,
   material,
   id,
 };
@@ -81,6 +82,9 @@ inline constexpr std::array field_table = {
               FieldType::real, 1, true, true, true},
     FieldInfo{Field::viscous_stress, "viscous_stress", "Pa",
               "Kirchhoff stress by implicit viscosity, which tau then lacks, xx yy zz xy yz xz", FieldType::real, 6, true,
+              true, true},
+    FieldInfo{Field::magnetic_field_strength, "magnetic_field_strength", "A/m",
+              "magnitude of the magnetic field H, of materials whose yield stress depends on it", FieldType::real, 1, true,
               true, true},
     FieldInfo{Field::material, "material", "1", "index into the scene's materials", FieldType::uint8, 1, true, true},
     FieldInfo{Field::id, "id", "1", "unique, from the seeding geometry alone", FieldType::int64, 1, true, true},

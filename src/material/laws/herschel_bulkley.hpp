@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "magnetics/field_yield.hpp"
 #include "material/laws/neo_hookean.hpp"
 #include "material/return_map.hpp"
 #include "material/viscous_stress.hpp"
@@ -72,6 +73,7 @@ struct HerschelBulkley {
     double h = std::numeric_limits<double>::quiet_NaN();              ///< flow index, 0.1 to 3; < 1 shear thinning
     double background_viscosity = 0.0;                                ///< Pa s, >= 0
     ShearRheometerConstants given = {};  ///< the flow as a scene gave it, if it did in this convention: for writing it again
+    FieldYield field_yield = {};         ///< what a magnetic field adds to the yield stress
   };
   Parameters parameters;
   /// Of eta and h as they were when the law was made; goes unused, at a loss of speed, once they have changed.
@@ -116,6 +118,18 @@ struct HerschelBulkley {
   template <class Real>
   Update<Real> update(State<Real>& state, const Tensor<Real>& velocity_gradient, double dt) const {
     Update<Real> result = flow_step(elastic(), flow_rule(), state, velocity_gradient, dt);
+    if (parameters.background_viscosity > 0.0)
+      add_viscous_stress(result, velocity_gradient, state.volume_ratio, parameters.background_viscosity, dt);
+    return result;
+  }
+
+  /// The same in a magnetic field of the strength `field` (A/m), which differs from particle to particle.
+  template <class Real>
+  Update<Real> update(State<Real>& state, const Tensor<Real>& velocity_gradient, double dt, Real field) const {
+    const FlowRule<double> rest = flow_rule();
+    const FlowRule<Real> rule{rest.radius + std::sqrt(2.0) * parameters.field_yield.at(field), broadcast<Real>(rest.eta),
+                              rest.h, rest.table, broadcast<Real>(rest.log_eta)};
+    Update<Real> result = flow_step(elastic(), rule, state, velocity_gradient, dt);
     if (parameters.background_viscosity > 0.0)
       add_viscous_stress(result, velocity_gradient, state.volume_ratio, parameters.background_viscosity, dt);
     return result;
