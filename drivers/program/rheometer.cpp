@@ -13,6 +13,7 @@
 #include "program/rheometer_plot.hpp"
 #include "rheometer/creep.hpp"
 #include "rheometer/fit_report.hpp"
+#include "rheometer/magnetic.hpp"
 #include "rheometer/oscillation.hpp"
 #include "rheometer/steady.hpp"
 #include "rheometer/transient.hpp"
@@ -94,6 +95,23 @@ Measurement run_thixotropy(const Material& material, const RheometerOptions& o) 
   return measure_thixotropy(material, s);
 }
 
+Measurement run_magnetic(const NamedMaterial& named, const RheometerOptions& o) {
+  MagneticSettings s{.fields = list(o.fields, "1000:500000:28", "--fields", true)};
+  const std::vector<double> rates = list(o.rates, "0.01", "--rates");
+  if (rates.size() != 1) throw UsageError(fmt::format("--rates '{}': --mode magnetic takes one rate", o.rates));
+  s.rate = rates.front();
+  take(o.strain_per_step, s.strain_per_step);
+  if (o.pressure > 0.0) throw UsageError("--pressure: not with --mode magnetic");
+  return measure_magnetic(named, s);
+}
+
+// The table with the field as one more column.
+Measurement with_field(Measurement measurement, double field) {
+  measurement.table.columns.emplace_back("magnetic_field_strength");
+  for (std::vector<double>& row : measurement.table.rows) row.push_back(field);
+  return measurement;
+}
+
 // A solid has no steady extension; it gets the curve.
 bool wants_curve(const Material& material, const RheometerOptions& o) {
   return (o.mode == "extension" || o.mode == "planar") && (o.strain || !flows(material));
@@ -104,7 +122,8 @@ void check_curve_options(const RheometerOptions& o) {
     throw UsageError("--largest-strain and --tolerance: not with a curve of stress over strain, which ends at --strain");
 }
 
-Measurement measure(const Material& material, const RheometerOptions& o) {
+// Without a magnetic field, or with a material as it is in one.
+Measurement measure_unmagnetised(const Material& material, const RheometerOptions& o) {
   const Flow flow = o.mode == "extension" ? Flow::uniaxial_extension
                     : o.mode == "planar"  ? Flow::planar_extension
                                           : Flow::simple_shear;
@@ -119,6 +138,13 @@ Measurement measure(const Material& material, const RheometerOptions& o) {
   if (o.mode == "thixotropy") return run_thixotropy(material, o);
   if (o.points) throw UsageError("--points: only with a curve of stress over strain; give --strain");
   return run_steady(material, flow, o);
+}
+
+Measurement measure(const NamedMaterial& named, const RheometerOptions& o) {
+  if (o.mode == "magnetic") return run_magnetic(named, o);
+  if (!o.field) return measure_unmagnetised(named.material, o);
+  if (!named.magnetisation) throw UsageError(fmt::format("--field: material '{}' is not magnetic", named.name));
+  return with_field(measure_unmagnetised(at_field(named.material, *o.field), o), *o.field);
 }
 
 NamedMaterial from_scene(const Scene& scene, const RheometerOptions& o) {
@@ -142,7 +168,7 @@ NamedMaterial chosen_material(const Comm& comm, const RheometerOptions& o) {
   if (!o.overrides.empty()) throw UsageError("--set: only with a scene file");
   const auto preset = find_preset(o.preset);
   if (!preset) throw UsageError(fmt::format("--preset '{}': no such preset; known: {}", o.preset, preset_names()));
-  return {o.preset, preset->material, caveat(*preset)};
+  return {o.preset, preset->material, caveat(*preset), preset->magnetisation};
 }
 
 // Early, so that a measurement is not lost.
@@ -184,7 +210,8 @@ void deliver(const RheometerOptions& o, const NamedMaterial& named, const Measur
     fmt::print("{}: {} rows{}\n", o.out, measurement.table.rows.size(), analytic_difference(measurement.table));
   }
   if (o.plot.empty()) return;
-  draw({o.mode, fmt::format("{} ({})", named.name, law_name(named.material)), csv, o.plot});
+  const std::string in_field = o.field ? fmt::format(", H = {:g} A/m", *o.field) : "";
+  draw({o.mode, fmt::format("{} ({}){}", named.name, law_name(named.material), in_field), csv, o.plot});
   if (!o.out.empty()) fmt::print("{}\n", o.plot);
 }
 
@@ -230,7 +257,7 @@ Command add_rheometer(CLI::App& app) {
     const NamedMaterial named = chosen_material(comm, *o);
     root_guard(comm, [&] {
       make_folders(*o);
-      deliver(*o, named, measure(named.material, *o));
+      deliver(*o, named, measure(named, *o));
     });
     return ExitCode::finished;
   };

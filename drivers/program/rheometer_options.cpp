@@ -18,14 +18,16 @@ using rheometer::parse_number;
 // The modes that use an option. "fit" is not a mode but takes part here.
 const std::map<std::string, std::vector<std::string>>& users() {
   static const std::map<std::string, std::vector<std::string>> table = {
-      {"--rates", {"shear", "extension", "planar", "startup", "thixotropy"}},
+      {"--rates", {"shear", "extension", "planar", "startup", "thixotropy", "magnetic"}},
       {"--strain", {"extension", "planar", "startup", "relaxation"}},
       {"--stresses", {"creep"}},
       {"--duration", {"relaxation", "creep"}},
       {"--durations", {"thixotropy"}},
       {"--amplitudes", {"oscillation"}},
       {"--frequencies", {"oscillation"}},
-      {"--strain-per-step", {"shear", "extension", "planar", "startup", "creep", "oscillation", "thixotropy"}},
+      {"--strain-per-step", {"shear", "extension", "planar", "startup", "creep", "oscillation", "thixotropy", "magnetic"}},
+      {"--field", {"shear", "extension", "planar", "startup", "relaxation", "creep", "oscillation", "thixotropy"}},
+      {"--fields", {"magnetic"}},
       {"--largest-strain", {"shear", "extension", "planar", "creep"}},
       {"--tolerance", {"shear", "extension", "planar", "oscillation"}},
       {"--points", {"extension", "planar", "startup", "relaxation", "creep", "thixotropy"}},
@@ -39,8 +41,8 @@ const std::map<std::string, std::vector<std::string>>& users() {
   return table;
 }
 
-const std::vector<std::string> modes = {"shear",      "extension", "planar",      "startup",
-                                        "relaxation", "creep",     "oscillation", "thixotropy"};
+const std::vector<std::string> modes = {"shear", "extension",   "planar",     "startup", "relaxation",
+                                        "creep", "oscillation", "thixotropy", "magnetic"};
 
 template <class Number>
 void set_number(const std::string& option, const std::string& text, bool zero_allowed, Number& target) {
@@ -80,6 +82,8 @@ void declare_measurement(CLI::App& app, RheometerOptions& o) {
   add_number(app, "--duration", o.duration, "relaxation, creep: time, s");
   app.add_option("--durations", o.durations, "thixotropy: the three intervals, s")->type_name(list);
   add_number(app, "--pressure", o.pressure, "compress the specimen to this pressure first, Pa", true);
+  add_number(app, "--field", o.field, "strength H of the magnetic field inside the specimen, A/m", true);
+  app.add_option("--fields", o.fields, "magnetic: field strengths, A/m")->type_name(list);
   add_number(app, "--strain-per-step", o.strain_per_step,
              "largest strain of one step of the kernel (2e-4; oscillation 5e-4)");
   add_number(app, "--largest-strain", o.largest_strain, "where to stop waiting for a steady state (100), or creep (20)");
@@ -124,7 +128,7 @@ void check_rheometer_options(const CLI::App& app, const RheometerOptions& o) {
     throw UsageError(fmt::format("{}: only with --mode {}", option, fmt::join(who, ", ")));
   }
   if (!fits) return;
-  for (const char* option : {"--mode", "--material", "--preset", "--set", "--pressure", "scene"})
+  for (const char* option : {"--mode", "--material", "--preset", "--set", "--pressure", "--field", "scene"})
     if (app.count(option) > 0) throw UsageError(fmt::format("{}: not with --fit", option));
 }
 

@@ -18,7 +18,9 @@ struct RheometerOptions {
   std::string rates, stresses, amplitudes, frequencies, durations;
   std::optional<double> strain, duration, strain_per_step, largest_strain, tolerance;
   std::optional<int> points;
-  double pressure = 0.0;  ///< Pa
+  double pressure = 0.0;        ///< Pa
+  std::optional<double> field;  ///< A/m
+  std::string fields;
   std::string out, plot;
 
   std::string fit;  ///< a file: fit instead of measure

@@ -14,7 +14,7 @@ namespace bulkley {
 /// and ends with `template struct LawText<Law>;`, so that only that file needs them. Not collective.
 template <class Law>
 struct LawText {
-  /// Reads the keys of a table, all but `law` and `preset`, into the law. False after a fault.
+  /// Reads the keys of a table, all but `law`, `preset` and `magnetic`, into the law. False after a fault.
   static bool read(const config::Value& table, Law& law, config::Faults& faults);
   /// The table that gives the law again, without its name.
   static config::Value write(const Law& law);

@@ -7,6 +7,7 @@
 #include <variant>
 
 #include "bulkley/material/added_law.hpp"
+#include "magnetics/magnetisation.hpp"
 #include "material/laws/drucker_prager.hpp"
 #include "material/laws/finite_viscoelastic.hpp"
 #include "material/laws/fixed_corotated.hpp"
@@ -27,7 +28,8 @@ using Material = std::variant<NeoHookean, HerschelBulkley, Hencky, FixedCorotate
 struct NamedMaterial {
   std::string name;
   Material material;
-  std::string caveat = {};  ///< what a user should know of its numbers; empty as a rule
+  std::string caveat = {};                          ///< what a user should know of its numbers; empty as a rule
+  std::optional<Magnetisation> magnetisation = {};  ///< of a magnetic material
 };
 
 /// What is wrong with a material's parameters, as one sentence; empty when nothing is. Not collective.

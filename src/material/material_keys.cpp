@@ -8,6 +8,7 @@
 #include "bulkley/material/plain_keys.hpp"
 #include "config/nearest.hpp"
 #include "material/law_text.hpp"
+#include "material/magnetic_keys.hpp"
 #include "material/preset.hpp"
 
 namespace bulkley {
@@ -65,7 +66,8 @@ bool starting_point(const Value& table, NamedMaterial& named, Faults& faults) {
   std::size_t index = 0;
   if (!config::read_choice(law ? *law : *preset, names, index, faults)) return false;
   if (preset) {
-    named.material = presets()[index].material;
+    // Without a field a magnetic material is what it is without magnetism.
+    named.material = with_field_yield(presets()[index].material, {});
     named.caveat = caveat(presets()[index]);
     return true;
   }
@@ -77,17 +79,38 @@ bool starting_point(const Value& table, NamedMaterial& named, Faults& faults) {
   return true;
 }
 
-bool read_material(const Value& table, NamedMaterial& named, Faults& faults) {
-  if (!config::expect_table(table, faults) || !starting_point(table, named, faults)) return false;
-  return std::visit([&]<class Law>(Law& law) { return LawText<Law>::read(table, law, faults); }, named.material);
+bool read_magnetic(const Value& table, NamedMaterial& named, Faults& faults) {
+  MagneticProperties magnetic;
+  if (!keys(config::Of<MagneticProperties>{}).read(table, magnetic, faults)) return false;
+  named.magnetisation = magnetic.magnetisation;
+  if (!magnetic.yield.given()) return true;
+  if (!takes_field_yield(named.material)) {
+    faults.add(table.find("yield")->place, fmt::format("'{}.yield' needs a fluid that yields: law = \"herschel_bulkley\" or "
+                                                       "\"thixotropic_herschel_bulkley\"",
+                                                       table.path));
+    return false;
+  }
+  named.material = with_field_yield(named.material, magnetic.yield);
+  return true;
 }
 
-Value write_material(const Material& material) {
+bool read_material(const Value& table, NamedMaterial& named, Faults& faults) {
+  if (!config::expect_table(table, faults) || !starting_point(table, named, faults)) return false;
+  if (!std::visit([&]<class Law>(Law& law) { return LawText<Law>::read(table, law, faults); }, named.material)) return false;
+  const Value* magnetic = table.find("magnetic");
+  return !magnetic || read_magnetic(*magnetic, named, faults);
+}
+
+Value write_material(const NamedMaterial& named) {
+  const Material& material = named.material;
   Value table = config::make_table();
   config::add_entry(table, "law", config::make_text(law_name(material)));
   Value parameters = std::visit([]<class Law>(const Law& law) { return LawText<Law>::write(law); }, material);
   table.comment = parameters.comment;
   for (Value& entry : parameters.items) table.items.push_back(std::move(entry));
+  if (named.magnetisation)
+    config::add_entry(table, "magnetic",
+                      keys(config::Of<MagneticProperties>{}).write({*named.magnetisation, field_yield(material)}));
   return table;
 }
 
@@ -128,7 +151,7 @@ bool Codec<std::vector<NamedMaterial>>::read(const Value& value, const Rule&, st
 
 Value Codec<std::vector<NamedMaterial>>::write(const std::vector<NamedMaterial>& materials) {
   Value table = make_table();
-  for (const NamedMaterial& named : materials) add_entry(table, named.name, write_material(named.material));
+  for (const NamedMaterial& named : materials) add_entry(table, named.name, write_material(named));
   return table;
 }
 
@@ -145,6 +168,7 @@ void Codec<std::vector<NamedMaterial>>::describe(const std::string& path, std::v
   section.keys.push_back({"preset", "name", "", either, allowed_names(presets_known), meaning, false});
   add_section(section, out);
   visit_laws([&]<class Law>(const Law&) { LawText<Law>::describe(title + ", law = \"" + Law::law_name + "\"", path, out); });
+  keys(config::Of<MagneticProperties>{}).describe("[" + path + ".NAME.magnetic]", path, out);
   for (const auto& model : registry()) model->describe(title + ", law = \"" + model->name() + "\"", path, out);
 }
 

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "bulkley/config/toml.hpp"
 #include "material/material_keys.hpp"
 
@@ -28,6 +30,16 @@ Material klar_sand() {
   p.hardening_drop = 10.0;
   return DruckerPrager{p};
 }
+
+// A suspension of iron with the volume fraction `iron`: magnetisation and yield stress by Carlson's fits, the latter times
+// `factor`.
+Material with_iron(Material fluid, double iron, double factor) {
+  return with_field_yield(fluid, {FieldYield::Form::tanh, factor * 271700.0 * std::pow(iron, 1.5239), 1.0 / 6.33e-6});
+}
+Magnetisation iron_suspension(double iron) {
+  const double polarisation = 1.91 * std::pow(iron, 1.133);  // T
+  return {Magnetisation::Law::exponential, 10.97 * polarisation, polarisation / vacuum_permeability};
+}
 Material stomakhin_snow() { return Snow{{from_youngs_modulus(400.0, 1.4e5, 0.2), 2.5e-2, 7.5e-3, 10.0}}; }
 
 #define BULKLEY_SOFT                                                                                                      \
@@ -40,6 +52,9 @@ Material stomakhin_snow() { return Snow{{from_youngs_modulus(400.0, 1.4e5, 0.2),
 #define BULKLEY_OPTIMUM \
   "first optimum of a dam-break identification shipped with ViRheometry (Hamamichi et al. 2023), not its final value"
 #define BULKLEY_CREAMY "scene file of the creamystrand code (Fei et al. 2019)"
+#define BULKLEY_CARLSON                                                                                                  \
+  "magnetisation and yield stress by Carlson's fits for suspensions of iron, quoted second hand; isotropic yield is an " \
+  "approximation: real ones yield highest across the field; no surface tension"
 #define BULKLEY_REPORT "material file behind Bhargava's report on MPM for non-Newtonian fluids (IST Austria)"
 
 }  // namespace
@@ -63,6 +78,12 @@ std::span<const Preset> presets() {
       {"cream", yue({77.7, 1.09e5, 290.0}, 31.9, 27.2, 0.22), published, BULKLEY_REPORT ", figure 7"},
       {"dip", yue({935.0, 1e5, 1e4}, 70.8, 30.5, 0.44), published,
        "assets of the AGTaichiMPM code: an unnamed dip like mayonnaise; density the middle of its 910 to 960 kg/m^3"},
+      {"emg_700", Newtonian{{1290.0, soft, 5e-3}}, uncertain,
+       "water-based ferrofluid: density and saturation as public scripts quote the maker, susceptibility near 1 and viscosity below 5 mPa s from memory; no surface tension; " BULKLEY_SOFT,
+       Magnetisation{Magnetisation::Law::langevin, 1.0, 28250.0}},
+      {"ferro_oobleck", with_iron(yue({1580.0, 1.09e5, 1.12e4}, 0.1, 10.0, 2.8), 0.05, 0.4), proposed,
+       "a designed material, never measured: oobleck with 5 % of iron by volume; 0.4 of Carlson's yield stress, so that the shear modulus stays ten times it; " BULKLEY_CARLSON,
+       iron_suspension(0.05)},
       {"grease", rheometer({910.0, 1e6, 5e4}, 650.0, 20.6, 0.605), uncertain,
        "flow curve quoted in a discussion of the DualSPHysics project; moduli chosen here"},
       {"ketchup", yue({1100.0, 2e5, 2e3}, 35.0, 14.0, 0.40), proposed,
@@ -71,6 +92,12 @@ std::span<const Preset> presets() {
       {"melted_chocolate", yue({1270.0, soft, 500.0}, 30.0, 2.8, 0.98), published,
        BULKLEY_CREAMY "; bulk modulus lowered from 1.35e8 Pa to 2e5 Pa"},
       {"moisturising_milk", rheometer({1025.0, 1e5, 1e3}, 6.14, 8.90, 0.371), measured, BULKLEY_FITTED BULKLEY_SAUCE},
+      {"mrf_132dg", with_iron(rheometer({3050.0, 5e6, 5e5}, 15.0, 0.112, 1.0), 0.32, 1.0), uncertain,
+       "magnetorheological fluid, 32 % of iron by volume: density and viscosity at 40 C of a public parts catalogue; yield stress without a field from memory; moduli chosen here; -5 to 17 % from the maker's yield stress between 18 and 80 kA/m; " BULKLEY_CARLSON,
+       iron_suspension(0.32)},
+      {"mrf_140cg", with_iron(rheometer({3640.0, 5e6, 7e5}, 15.0, 0.280, 1.0), 0.40, 1.0), uncertain,
+       "magnetorheological fluid, 40 % of iron by volume: density, viscosity at 40 C and yield stress without a field from memory; moduli chosen here; 20 to 32 % below the maker's yield stress between 12 and 51 kA/m; " BULKLEY_CARLSON,
+       iron_suspension(0.40)},
       {"mud", yue({1220.0, soft, 100.0}, 3.06, 0.1259, 0.8175), published, BULKLEY_CREAMY "; " BULKLEY_SOFT},
       {"mustard", rheometer(sauce, 0.004, 6.40, 0.981), uncertain, BULKLEY_OPTIMUM BULKLEY_SAUCE},
       {"oil_paint", yue({950.0, soft, 401.0}, 0.96, 17.356, 0.3162), published, BULKLEY_CREAMY "; " BULKLEY_SOFT},
@@ -143,8 +170,8 @@ std::string preset_reference() {
       "uses one that is uncertain or proposed.\n\n"
       "This page is printed by `bulkley presets --markdown`; do not edit it.\n\n";
   for (const Preset& preset : presets()) {
-    const config::Value material =
-        config::Codec<std::vector<NamedMaterial>>::write({{std::string(preset.name), preset.material, {}}});
+    const config::Value material = config::Codec<std::vector<NamedMaterial>>::write(
+        {{std::string(preset.name), preset.material, {}, preset.magnetisation}});
     text += fmt::format("## {}\n\n{}: {}.\n\n```toml\n", preset.name, name(preset.confidence), preset.source);
     text += config::print_toml(material) + "```\n\n";
   }

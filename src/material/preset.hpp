@@ -22,7 +22,8 @@ struct Preset {
   std::string_view name;
   Material material;
   Confidence confidence;
-  std::string_view source;  ///< where the numbers come from, and which are not from there
+  std::string_view source;                          ///< where the numbers come from, and which are not from there
+  std::optional<Magnetisation> magnetisation = {};  ///< of a magnetic material
 };
 
 /// All presets, in alphabetical order. Not collective.

@@ -63,6 +63,10 @@ BodySurvey survey_alone();
 /// `survey` is.
 void check_bodies(const Scene& scene, const BodySurvey& survey = survey_alone());
 
+/// Throws UsageError, one sentence, where a material has a table `magnetic`, which a run would leave unused. Not collective (the
+/// same on every rank).
+void check_magnetics(const Scene& scene);
+
 /// Colliders must be thicker than two cells: a thinner one does not keep the material on its two sides apart. Throws
 /// UsageError with one sentence per fault and line, each with the required thickness. Not collective (the same on every
 /// rank).

@@ -42,6 +42,7 @@ shear_modulus = 2000
 """
 PAGE = pathlib.Path(__file__).resolve().parents[2] / "docs" / "rheometer.md"
 CREAM = ["--preset", "cream"]
+MRF = ["--preset", "mrf_132dg"]
 SYRUP = ["scene.toml", "--material", "syrup"]
 RUBBER = ["scene.toml", "--material", "rubber"]
 
@@ -69,6 +70,11 @@ TABLES = [
      "steady analytic_storage_modulus analytic_loss_modulus", 2),
     (CREAM + ["--mode", "thixotropy", "--rates", "0.5,5,0", "--durations", "1,0.5,1", "--points", "10"],
      "time interval shear_rate strain shear_stress first_normal_stress_difference pressure analytic_steady_stress", 30),
+    (MRF + ["--field", "80e3", "--rates", "0.1:10:2"],
+     "shear_rate shear_stress first_normal_stress_difference second_normal_stress_difference viscosity pressure strain "
+     "steady analytic_stress small_strain_stress magnetic_field_strength", 2),
+    (MRF + ["--mode", "magnetic", "--fields", "0,18e3,80e3"],
+     "magnetic_field_strength magnetisation yield_stress shear_rate shear_stress analytic_stress", 3),
 ]
 
 # arguments, part of the sentence
@@ -81,6 +87,12 @@ REFUSED = [
     (CREAM + ["--mode", "creep"], "--mode creep needs --stresses"),
     (CREAM + ["--mode", "thixotropy", "--rates", "1,2"], "thixotropy needs three numbers"),
     (CREAM + ["--pressure", "1e12"], "--pressure 1e+12: the material cannot take it"),
+    (CREAM + ["--field", "1e4"], "--field: material 'cream' is not magnetic"),
+    (CREAM + ["--mode", "magnetic"], "--mode magnetic: material 'cream' is not magnetic"),
+    (MRF + ["--field", "-1"], "--field '-1': not a number of at least 0"),
+    (MRF + ["--fields", "1e4"], "--fields: only with --mode magnetic"),
+    (MRF + ["--mode", "magnetic", "--field", "1e4"], "--field: only with --mode shear, extension"),
+    (MRF + ["--mode", "magnetic", "--rates", "1,2"], "--mode magnetic takes one rate"),
     (CREAM + ["--weights", "error"], "--weights: only with --fit"),
     (["--preset", "creme"], "--preset 'creme': no such preset; known: "),
     ([], "give a scene file and --material, or --preset, or --fit"),

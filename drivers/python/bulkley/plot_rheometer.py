@@ -212,6 +212,22 @@ def draw_thixotropy(table, figure):
     return list(panels)
 
 
+def draw_magnetic(table, figure):
+    left, right = figure.subplots(1, 2)
+    field = [0.001 * h for h in table["magnetic_field_strength"]]
+    rate = table["shear_rate"][0]
+    left.plot(field, table["shear_stress"], label=f"kernel, {rate:g} 1/s", **MEASURED)
+    if table.has("yield_stress"):
+        left.plot(field, table["yield_stress"], label="yield stress", **THEORY)
+    left.legend(frameon=False, fontsize="small")
+    right.plot(field, [0.001 * m for m in table["magnetisation"]], color="C1")
+    for axis, label in ((left, "shear stress [Pa]"), (right, "magnetisation [kA/m]")):
+        axis.set(xlabel="magnetic field strength H [kA/m]", ylabel=label)
+    left.set_ylim(bottom=0)
+    right.set_ylim(bottom=0)
+    return [left, right]
+
+
 def draw_fit(table, figure):
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[3, 1])
     points = sorted(table.rows, key=lambda row: row["shear_rate"])
@@ -228,11 +244,12 @@ def draw_fit(table, figure):
 
 DRAWERS = {"shear": draw_shear, "extension": draw_extension, "planar": draw_extension, "startup": draw_startup,
            "relaxation": draw_relaxation, "creep": draw_creep, "oscillation": draw_oscillation,
-           "thixotropy": draw_thixotropy, "fit": draw_fit}
-TWO_PANELS = {"shear", "creep", "oscillation"}
+           "thixotropy": draw_thixotropy, "magnetic": draw_magnetic, "fit": draw_fit}
+TWO_PANELS = {"shear", "creep", "oscillation", "magnetic"}
 NAMES = {"shear": "flow curve", "extension": "uniaxial extension", "planar": "planar extension",
          "startup": "start-up of shear", "relaxation": "stress relaxation", "creep": "creep",
-         "oscillation": "oscillatory shear", "thixotropy": "three intervals of shear rate"}
+         "oscillation": "oscillatory shear", "thixotropy": "three intervals of shear rate",
+         "magnetic": "in a magnetic field"}
 
 
 def main():

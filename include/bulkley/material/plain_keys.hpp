@@ -50,7 +50,7 @@ template <class Law>
 bool read_law(const config::Value& table, Law& law, config::Faults& faults) {
   const std::size_t faults_before = faults.size();
   typename LawKeys<Law>::Input input = LawKeys<Law>::start(law);
-  if (!LawKeys<Law>::table().read(table, input, faults, {"law", "preset"})) return false;
+  if (!LawKeys<Law>::table().read(table, input, faults, {"law", "preset", "magnetic"})) return false;
   LawKeys<Law>::fill(table, input, law, faults);
   if (faults.size() != faults_before) return false;
   if (const auto fault = law_fault(law)) faults.add(table.place, config::table_name(table.path) + ": " + *fault);

@@ -161,6 +161,31 @@ TEST(Preset, SandAndSnowAreThoseOfTheirSources) {
   EXPECT_EQ(snow.hardening, 10.0);
 }
 
+TEST(Preset, MagneticFluidsHaveTheNumbersOfCarlsonsFits) {
+  struct Row {
+    const char* name;
+    double saturation, susceptibility, yield_50, yield_200;  // A/m, 1, Pa at 50 and 200 kA/m beyond that without a field
+    double tolerance;
+  };
+  for (const Row& row : {Row{"mrf_132dg", 417983.0, 5.762, 14662.0, 40812.0, 1e-4},
+                         Row{"ferro_oobleck", 51022.0, 0.703, 0.4 * 866.0, 0.4 * 2411.0, 1e-3}}) {
+    const auto preset = find_preset(row.name);
+    ASSERT_TRUE(preset && preset->magnetisation);
+    EXPECT_NEAR(preset->magnetisation->saturation, row.saturation, row.tolerance * row.saturation);
+    EXPECT_NEAR(preset->magnetisation->susceptibility, row.susceptibility, row.tolerance * row.susceptibility);
+    EXPECT_NEAR(field_yield(preset->material).at(5e4), row.yield_50, row.tolerance * row.yield_50);
+    EXPECT_NEAR(field_yield(preset->material).at(2e5), row.yield_200, row.tolerance * row.yield_200);
+  }
+  // Elastic strain at yield stays small in any field.
+  for (const Preset& preset : presets()) {
+    if (!field_yield(preset.material).given()) continue;
+    const auto p = std::get<HerschelBulkley>(preset.material).parameters;
+    EXPECT_GE(p.shear_modulus, 9.9 * p.field_yield.saturation) << preset.name;
+  }
+  EXPECT_EQ(find_preset("emg_700")->magnetisation->at(1e12), 28250.0);
+  EXPECT_FALSE(find_preset("cream")->magnetisation);
+}
+
 // Who uses numbers that are not published is told so.
 TEST(Preset, CaveatsOfUncertainAndProposedNumbersOnly) {
   for (const Preset& preset : presets()) {

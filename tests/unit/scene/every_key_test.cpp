@@ -133,6 +133,12 @@ std::vector<std::pair<std::string, std::string>> setting(const std::string& sect
        {law("{ law = \"drucker_prager\", " + solid + ", friction_angle = 30 }")}},
       {"[materials.NAME], law = \"snow\"",
        {law("{ law = \"snow\", " + solid + ", critical_compression = 0.02, critical_stretch = 0.01, hardening = 8 }")}},
+      {"[materials.NAME.magnetic]",
+       {{"materials.fluid.magnetic",
+         "{ law = \"langevin\", susceptibility = 1, saturation = 3e4, yield = \"tanh\", yield_saturation = 100, yield_field "
+         "= "
+         "1e5 }"},
+        {"materials.fluid.magnetic", ""}}},
       {"[[bodies]]", {{"bodies.0", ""}}},
       {"[[colliders]]", {{"colliders.0", ""}}},
       {"[[colliders.key_frames]]",

@@ -38,6 +38,46 @@ TEST(SceneMaterials, PresetsByName) {
             "s.toml:8:10: 'materials.fluid.preset' is \"creme\"; it must be one of " + names + "; did you mean \"cream\"?");
 }
 
+const std::string magnetic =
+    "[materials.fluid.magnetic]\nlaw = \"exponential\"\nsaturation = 4e5\nsusceptibility = 5\nyield = \"power\"\n"
+    "yield_saturation = 4e4\nyield_field = 1e5\n";
+
+TEST(SceneMaterials, MagneticTablesAreReadAndWrittenAgain) {
+  const Scene scene = parsed(small_scene + magnetic);
+  ASSERT_TRUE(scene.materials[0].magnetisation);
+  EXPECT_EQ(scene.materials[0].magnetisation->law, Magnetisation::Law::exponential);
+  EXPECT_EQ(scene.materials[0].magnetisation->saturation, 4e5);
+  EXPECT_EQ(scene.materials[0].magnetisation->initial_susceptibility(), 5.0);
+  EXPECT_EQ(field_yield(scene.materials[0].material), (FieldYield{FieldYield::Form::power, 4e4, 1e5}));
+  const Scene again = parse_scene(scene.effective_text, "e.toml", {});
+  EXPECT_EQ(again.effective_text, scene.effective_text);
+  EXPECT_EQ(again.materials[0].magnetisation->saturation, 4e5);
+  EXPECT_THROW(check_magnetics(scene), UsageError);
+
+  // Without a field a magnetic preset is a fluid like others.
+  const Scene plain = parsed(small_scene, {"materials.fluid.preset=mrf_132dg"});
+  EXPECT_FALSE(plain.materials[0].magnetisation);
+  EXPECT_FALSE(field_yield(plain.materials[0].material).given());
+  EXPECT_NO_THROW(check_magnetics(plain));
+}
+
+TEST(SceneMaterials, MagneticTablesThatMakeNoSense) {
+  const auto fault = [](const std::string& table) {
+    return faults_of(small_scene + "[materials.fluid.magnetic]\n" + table);
+  };
+  EXPECT_NE(fault("law = \"langevin\"\nsusceptibility = 1\n").find("saturation"), std::string::npos);
+  EXPECT_NE(fault("law = \"linear\"\nsusceptibility = 1\nsaturation = 1e4\n").find("a law that saturates"),
+            std::string::npos);
+  EXPECT_NE(fault("law = \"linear\"\nsusceptibility = 0\n").find("susceptibility"), std::string::npos);
+  EXPECT_NE(fault("law = \"linear\"\nsusceptibility = 1\nyield_field = 1e5\n").find("yield = "), std::string::npos);
+  EXPECT_NE(fault("law = \"linear\"\nsusceptibility = 1\nyield = \"tanh\"\nyield_field = 1e5\n").find("yield_saturation"),
+            std::string::npos);
+  const std::string linear =
+      "[materials.fluid.magnetic]\nlaw = \"linear\"\nsusceptibility = 1\nyield = \"tanh\"\nyield_field = 1e5\n"
+      "yield_saturation = 100\n";
+  EXPECT_NE(faults_of(with_material("preset = \"water\"\n") + linear).find("needs a fluid that yields"), std::string::npos);
+}
+
 TEST(SceneMaterials, UncertainAndProposedPresetsCarryACaveat) {
   for (const Preset& preset : presets()) {
     const Scene scene = parsed(small_scene, {"materials.fluid.preset=" + std::string(preset.name)});
