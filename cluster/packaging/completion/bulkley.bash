@@ -7,7 +7,7 @@ _bulkley() {
     words="run check partition info compare convert status report rheometer bench input-reference command-reference presets --help --version"
   else
     case "$command $previous" in
-      "rheometer --mode") words="shear extension planar startup relaxation creep oscillation thixotropy" ;;
+      "rheometer --mode") words="shear extension planar startup relaxation creep oscillation thixotropy magnetic" ;;
       "bench --scheme") words="pic flip blend apic moment_flip" ;;
       "bench --order") words="quadratic cubic" ;;
       "bench --gradient") words="mls bspline" ;;
@@ -26,7 +26,7 @@ _bulkley() {
       convert) words="--to --out --fields --region --every --frames --help" ;;
       status) words="--watch --json --help" ;;
       report) words="--out --help" ;;
-      rheometer) words="--material --preset --set --mode --rates --stresses --amplitudes --frequencies --strain --duration --durations --pressure --strain-per-step --largest-strain --tolerance --points --out --plot --fit --weights --fix --range --name --density --speed --help" ;;
+      rheometer) words="--material --preset --set --mode --rates --stresses --amplitudes --frequencies --strain --duration --durations --pressure --field --fields --strain-per-step --largest-strain --tolerance --points --out --plot --fit --weights --fix --range --name --density --speed --help" ;;
       bench) words="--json --io --particles --material --steps --scheme --order --gradient --integrator --no-naive --no-one-rank --suite --small --only --help" ;;
       input-reference) words="--help" ;;
       command-reference) words="--format --help" ;;
