@@ -135,9 +135,7 @@ std::vector<std::pair<std::string, std::string>> setting(const std::string& sect
        {law("{ law = \"snow\", " + solid + ", critical_compression = 0.02, critical_stretch = 0.01, hardening = 8 }")}},
       {"[materials.NAME.magnetic]",
        {{"materials.fluid.magnetic",
-         "{ law = \"langevin\", susceptibility = 1, saturation = 3e4, yield = \"tanh\", yield_saturation = 100, yield_field "
-         "= "
-         "1e5 }"},
+         "{law=\"langevin\", susceptibility=1, saturation=9, yield=\"tanh\", yield_saturation=9, yield_field=9}"},
         {"materials.fluid.magnetic", ""}}},
       {"[[bodies]]", {{"bodies.0", ""}}},
       {"[[colliders]]", {{"colliders.0", ""}}},
