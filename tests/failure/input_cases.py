@@ -95,7 +95,7 @@ INPUT_CASES = [
          ranks=(1, 3)),
 
     # Overrides
-    override("magnetic_without_a_solver", "materials.fluid.magnetic={law=\"linear\",susceptibility=1}",
+    override("magnetic_without_a_solver", "materials.fluid.magnetic={{law=\"linear\",susceptibility=1}}",
              r"(?m)^\[materials\.fluid\.magnetic\]: a run does not solve for the magnetic field yet"),
     override("empty", "", r"(?m)^--set : an override has the form"),
     override("without_value", "time.end", r"(?m)^--set time\.end: an override has the form"),
