@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <tuple>
+#include <utility>
 
 namespace bulkley {
 
@@ -94,11 +95,22 @@ FieldBoxes field_boxes(const FieldLayout& layout, int n_ranks) {
   return boxes;
 }
 
-FieldGrid::FieldGrid(const Comm& comm, const FieldLayout& layout) : all_(comm), layout_(layout) {
+namespace {
+
+const FieldLayout& checked(const FieldLayout& layout) {
   for (int axis = 0; axis < 3; ++axis)
     if (layout.wraps_along(axis)) BULKLEY_ASSERT(layout.n_nodes(axis) == layout.geometry.n_nodes(axis));
   if (const std::string fault = field_fault(layout); !fault.empty()) throw UsageError(fault);
-  boxes_ = field_boxes(layout, comm.size());
+  return layout;
+}
+
+}  // namespace
+
+FieldGrid::FieldGrid(const Comm& comm, const FieldLayout& layout)
+    : FieldGrid(comm, layout, field_boxes(checked(layout), comm.size())) {}
+
+FieldGrid::FieldGrid(const Comm& comm, const FieldLayout& layout, FieldBoxes boxes)
+    : all_(comm), layout_(checked(layout)), boxes_(std::move(boxes)) {
   for (std::size_t axis = 0; axis < 3; ++axis)
     for (int box = 0; box < boxes_.n_boxes[axis]; ++box)
       box_[axis].resize(static_cast<std::size_t>(boxes_.starts[axis][static_cast<std::size_t>(box) + 1]), box);
@@ -113,7 +125,9 @@ FieldGrid::FieldGrid(const Comm& comm, const FieldLayout& layout) : all_(comm), 
 
   std::array<DMBoundaryType, 3> ends;
   for (int axis = 0; axis < 3; ++axis)
-    ends[static_cast<std::size_t>(axis)] = layout.wraps_along(axis) ? DM_BOUNDARY_PERIODIC : DM_BOUNDARY_NONE;
+    ends[static_cast<std::size_t>(axis)] = layout.wraps_along(axis) ? DM_BOUNDARY_PERIODIC
+                                             : layout.margins         ? DM_BOUNDARY_GHOSTED
+                                                                      : DM_BOUNDARY_NONE;
   const std::vector<PetscInt> nx = widths(boxes_.starts[0]), ny = widths(boxes_.starts[1]), nz = widths(boxes_.starts[2]);
   const DMDAStencilType stencil = layout.stencil == FieldLayout::Stencil::box ? DMDA_STENCIL_BOX : DMDA_STENCIL_STAR;
   BULKLEY_PETSC(DMDACreate3d(this->comm().get(), ends[2], ends[1], ends[0], stencil, layout.n_nodes(2), layout.n_nodes(1),

@@ -25,6 +25,7 @@ struct FieldLayout {
   Stencil stencil = Stencil::star;
   bool wraps = true;  ///< ghosts wrap around the geometry's periodic axes; else those axes end like the others
   Int3 below{0, 0, 0}, above{0, 0, 0};  ///< layers of nodes outside the geometry's, none along axes that wrap
+  bool margins = false;  ///< local arrays have ghosts beyond the ends of axes that do not wrap, which nothing fills
 
   bool wraps_along(int axis) const { return wraps && geometry.periodic[static_cast<std::size_t>(axis)]; }
   int n_nodes(int axis) const {
@@ -63,6 +64,9 @@ class FieldGrid {
  public:
   /// Throws UsageError with field_fault. Collective.
   FieldGrid(const Comm& comm, const FieldLayout& layout);
+  /// Divided by `boxes`, for at most as many ranks as there are, each box as thick as the stencil is wide. Throws likewise.
+  /// Collective.
+  FieldGrid(const Comm& comm, const FieldLayout& layout, FieldBoxes boxes);
 
   const FieldLayout& layout() const { return layout_; }
   int n_components() const { return layout_.n_components; }

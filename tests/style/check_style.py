@@ -13,7 +13,7 @@ import sys
 # The folders of src in the order of docs/architecture.md; the library without MPI, PETSc and HDF5 ends with `scene`.
 CORE_MODULES = ["base", "config", "geometry", "magnetics", "grid", "particle", "material", "kernel", "stepping", "balance", "rheometer",
                 "scene"]
-MODULES = CORE_MODULES + ["parallel", "distribution", "field", "integrator", "rebalance", "io", "simulation", "drivers"]
+MODULES = CORE_MODULES + ["parallel", "distribution", "field", "magnetostatics", "integrator", "rebalance", "io", "simulation", "drivers"]
 PARALLEL_HEADERS = re.compile(r"^(mpi\.h|petsc\w*\.h|hdf5\w*\.h|H5\w*\.h)$")
 
 # --- rule 2: every call of MPI, PETSc or HDF5 is checked -----------------------------------------------------------------

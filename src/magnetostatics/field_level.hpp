@@ -1,0 +1,103 @@
+#pragma once
+// One level of a hierarchy of node grids, each twice as coarse as the one before, with the seven-point operator of a diffusion
+// problem on it (docs/theory.md, "Magnetic fields").
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "field/field_grid.hpp"
+
+namespace bulkley {
+
+/// A box of nodes by their grid indices, z fastest.
+struct NodeBox {
+  Int3 first{0, 0, 0}, count{0, 0, 0};
+
+  std::size_t size() const {
+    return static_cast<std::size_t>(count[0]) * static_cast<std::size_t>(count[1]) * static_cast<std::size_t>(count[2]);
+  }
+  std::ptrdiff_t index(int i, int j, int k) const {
+    return (static_cast<std::ptrdiff_t>(i - first[0]) * count[1] + (j - first[1])) * count[2] + (k - first[2]);
+  }
+  std::ptrdiff_t index(const Int3& n) const { return index(n[0], n[1], n[2]); }
+  /// Of a step along `axis`.
+  std::ptrdiff_t stride(int axis) const {
+    return axis == 2 ? 1 : axis == 1 ? count[2] : static_cast<std::ptrdiff_t>(count[1]) * count[2];
+  }
+};
+
+/// Numbers of nodes by rows along z: `visit(i, j)` for all rows of a box.
+template <class Visit>
+void for_rows(const NodeBox& box, Visit visit) {
+  for (int i = box.first[0]; i < box.first[0] + box.count[0]; ++i)
+    for (int j = box.first[1]; j < box.first[1] + box.count[1]; ++j) visit(i, j);
+}
+
+/// Where the nodes of a level are: node (0, 0, 0) is the first of its FieldGrid. The same on every rank.
+struct LevelShape {
+  Int3 n_nodes{0, 0, 0};  ///< along axes that do not wrap the end nodes are on the faces of the box
+  std::array<bool, 3> wraps{false, false, false};
+  Vec3 origin = Vec3::Zero();   ///< of node (0, 0, 0), m
+  Vec3 spacing = Vec3::Zero();  ///< m
+
+  int n_cells(int axis) const {
+    const auto a = static_cast<std::size_t>(axis);
+    return wraps[a] ? n_nodes[a] : n_nodes[a] - 1;
+  }
+  Vec3 position(const Int3& n) const {
+    return origin + Vec3(n[0] * spacing[0], n[1] * spacing[1], n[2] * spacing[2]);
+  }
+  /// The share of a cell that a node's own volume has along an axis: half on the faces of the box.
+  double share(int axis, int index) const {
+    const auto a = static_cast<std::size_t>(axis);
+    return !wraps[a] && (index == 0 || index == n_nodes[a] - 1) ? 0.5 : 1.0;
+  }
+};
+
+/// Owned arrays hold the nodes of `owned()`; ghosted ones, of `ghosted()`, have one more layer on all sides, which is zero beyond
+/// the box. The operator is (A x)_i = leak_i x_i + sum over the six neighbours j of conductance_ij (x_i - x_j).
+class FieldLevel {
+ public:
+  /// `layout`: of so many nodes (coarse_layout, or one whose geometry is the particles' grid). Ranks without a box may only ask
+  /// grid(). Collective.
+  FieldLevel(const Comm& comm, const LevelShape& shape, const FieldLayout& layout, const FieldBoxes& boxes);
+
+  const LevelShape& shape() const { return shape_; }
+  const FieldGrid& grid() const { return grid_; }
+  const NodeBox& owned() const { return owned_; }
+  const NodeBox& ghosted() const { return ghosted_; }
+
+  /// Fills a ghosted array from an owned one. Collective over grid().comm().
+  void spread(std::span<const double> owned, std::span<double> ghosted) const;
+  /// Fills the ghosts of a ghosted array from its owned part. Collective over grid().comm().
+  void refresh(std::span<double> ghosted);
+
+  /// By ghosted node: of the edge to the next node along the axis, zero where there is none.
+  std::array<std::vector<double>, 3> conductance;
+  std::vector<double> leak;              ///< by owned node
+  std::vector<double> inverse_diagonal;  ///< by owned node
+
+  /// Once conductances and leaks are there. Not collective.
+  void set_diagonal();
+  /// y = A x: `x` ghosted, `y` owned. Not collective.
+  void multiply(std::span<const double> x, std::span<double> y) const;
+
+ private:
+  LevelShape shape_;
+  FieldGrid grid_;
+  NodeBox owned_, ghosted_;
+  VecHandle global_, local_;
+  std::vector<double> scratch_;
+};
+
+/// The nodes of a layout.
+LevelShape shape_of(const FieldLayout& layout);
+/// A layout of such nodes, on a geometry that means nothing else.
+FieldLayout coarse_layout(const LevelShape& shape);
+
+/// Boxes of the nodes of the coarsest of some levels, times 2 for each finer one: a fine node 2 i has the owner of coarse node i. At
+/// most one rank a coarsest cell along each axis, so that some ranks may have none. Not collective.
+FieldBoxes aligned_boxes(const LevelShape& coarsest, const std::array<int, 3>& factors, const LevelShape& fine, int n_ranks);
+
+}  // namespace bulkley

@@ -1,0 +1,111 @@
+#include "magnetostatics/magnetic_particles.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "kernel/scalar_deposit.hpp"
+#include "kernel/scalar_gather.hpp"
+
+namespace bulkley {
+
+namespace {
+
+constexpr int fewest_cells = 4;  // of the coarsest level
+
+// The smallest m 2^k >= n with 4 < m <= 8, or n itself where that is small.
+int divisible(int n) {
+  int unit = 1;
+  while (n > 2 * fewest_cells * unit) unit *= 2;
+  return (n + unit - 1) / unit * unit;
+}
+
+std::vector<Magnetisation> given(const std::vector<std::optional<Magnetisation>>& magnetisations) {
+  std::vector<Magnetisation> result;
+  for (const auto& magnetisation : magnetisations)
+    if (magnetisation) result.push_back(*magnetisation);
+  return result;
+}
+
+}  // namespace
+
+FieldLayout magnetic_layout(const GridGeometry& grid, const Vec3& lower, const Vec3& upper, double air) {
+  FieldLayout layout;
+  layout.geometry = grid;
+  const double room = air * (upper - lower).maxCoeff();
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto a = static_cast<std::size_t>(axis);
+    if (grid.periodic[a]) continue;
+    const double first = grid.node_coordinate(axis, 0), last = grid.node_coordinate(axis, grid.n_nodes(axis) - 1);
+    const auto layers = [&](double lacking) {
+      return std::max(0, static_cast<int>(std::ceil(lacking * grid.inverse_cell_size() - 1e-9)));
+    };
+    layout.below[a] = layers(first - (lower[axis] - room));
+    layout.above[a] = layers(upper[axis] + room - last);
+    const int n_cells = layout.n_nodes(axis) - 1, more = divisible(n_cells) - n_cells;
+    layout.below[a] += more / 2;
+    layout.above[a] += more - more / 2;
+  }
+  return layout;
+}
+
+MagneticParticles::MagneticParticles(const Comm& comm, const FieldLayout& layout, const MagneticSettings& settings,
+                                     const std::vector<std::optional<Magnetisation>>& magnetisations,
+                                     const AppliedField& applied)
+    : field_(comm, layout, settings, given(magnetisations), applied) {
+  int n = 0;
+  for (const auto& magnetisation : magnetisations) magnet_of_.push_back(magnetisation ? n++ : -1);
+}
+
+MagneticReport MagneticParticles::solve(double time, ParticleGrid& particles) {
+  if (fitted_ != particles.version()) {
+    scatter_ = std::make_unique<TileScatter>(particles.comm(), particles.exchange(), field_.grid());
+    fitted_ = particles.version();
+  }
+  const ParticleSet& set = particles.particles();
+  const auto n = static_cast<std::size_t>(set.size());
+  const double* const reference = set.real(Field::reference_volume);
+  const std::uint8_t* const material = set.material();
+  const GridGeometry& grid = particles.grid();
+  const double cell = grid.cell_size * grid.cell_size * grid.cell_size;
+  const auto n_magnets = std::count_if(magnet_of_.begin(), magnet_of_.end(), [](int s) { return s >= 0; });
+  pool_.resize(static_cast<std::size_t>(particles.layout().n_nodes()));
+  owned_.resize(static_cast<std::size_t>(particles.exchange().n_owned()));
+
+  std::vector<std::vector<double>> content(static_cast<std::size_t>(n_magnets), std::vector<double>(field_.grid().size()));
+  volume_.resize(n);
+  for (std::size_t s = 0; s < content.size(); ++s) {
+    double largest = 0.0;
+    for (std::size_t p = 0; p < n; ++p) {
+      volume_[p] = magnet_of_[material[p]] == static_cast<int>(s) ? reference[p] / cell : 0.0;
+      largest = std::max(largest, volume_[p]);
+    }
+    scalar_deposit(grid, particles.layout(), set, particles.map(), volume_.data(), max_global(particles.comm(), largest),
+                   max_global(particles.comm(), GlobalIndex{particles.map().largest_count()}), pool_.data());
+    particles.exchange().add(pool_.data(), owned_.data());
+    scatter_->to_field(owned_.data(), content[s].data());
+  }
+
+  const MagneticReport report = field_.solve(time, content);
+  if (!report.solved) return report;
+  for (auto& force : forces_) force.assign(n, 0.0);
+  for (auto& gradient : gradient_) gradient.resize(n);
+  for (std::size_t s = 0; s < content.size(); ++s) {
+    gather(particles, field_.energy_slope(s), nullptr, {gradient_[0].data(), gradient_[1].data(), gradient_[2].data()});
+    for (std::size_t p = 0; p < n; ++p) {
+      if (magnet_of_[material[p]] != static_cast<int>(s)) continue;
+      for (std::size_t a = 0; a < 3; ++a) forces_[a][p] = reference[p] * gradient_[a][p];
+    }
+  }
+  strengths_.resize(n);
+  gather(particles, field_.strength(), strengths_.data(), {nullptr, nullptr, nullptr});
+  return report;
+}
+
+void MagneticParticles::gather(ParticleGrid& particles, std::span<const double> field, double* value,
+                               const std::array<double*, 3>& gradient) {
+  scatter_->to_owned(field.data(), owned_.data());
+  particles.exchange().get(owned_.data(), pool_.data());
+  scalar_gather(particles.grid(), particles.layout(), particles.particles(), particles.map(), pool_.data(), value, gradient);
+}
+
+}  // namespace bulkley

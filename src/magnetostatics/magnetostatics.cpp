@@ -1,0 +1,344 @@
+#include "magnetostatics/magnetostatics.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "parallel/reproducible_sum.hpp"
+
+namespace bulkley {
+
+namespace {
+
+constexpr int newton_steps = 6;
+
+// (d - 1) (x . n) / |x|^2 over the faces of the box, d being the number of its open axes: the fall of a dipole's potential.
+PotentialSolver::Leaks leaks_of(const MagneticSettings& settings, double unit) {
+  return [settings, unit](FieldLevel& level) {
+    const LevelShape& shape = level.shape();
+    int n_open = 0;
+    for (const bool wraps : shape.wraps) n_open += !wraps;
+    const NodeBox& box = level.owned();
+    Int3 n;
+    for_rows(box, [&](int i, int j) {
+      n[0] = i, n[1] = j;
+      for (n[2] = box.first[2]; n[2] < box.first[2] + box.count[2]; ++n[2]) {
+        Vec3 from = shape.position(n) - settings.origin;
+        double square = 0.0;
+        for (int axis = 0; axis < 3; ++axis)
+          if (!shape.wraps[static_cast<std::size_t>(axis)]) square += from[axis] * from[axis];
+        double sum = 0.0;
+        for (int axis = 0; axis < 3; ++axis) {
+          const auto a = static_cast<std::size_t>(axis);
+          const bool last = n[a] == shape.n_nodes[a] - 1;
+          if (shape.wraps[a] || (n[a] != 0 && !last)) continue;
+          double area = 1.0;
+          for (const int b : {(axis + 1) % 3, (axis + 2) % 3})
+            area *= shape.spacing[b] * shape.share(b, n[static_cast<std::size_t>(b)]);
+          if (settings.boundary == MagneticSettings::Boundary::robin)
+            sum += area * (n_open - 1) * (last ? from[axis] : -from[axis]) / square;
+          else if (settings.boundary == MagneticSettings::Boundary::zero)
+            sum += area / unit;
+        }
+        level.leak[static_cast<std::size_t>(box.index(n))] = sum / unit;
+      }
+    });
+  };
+}
+
+bool nothing_leaks(const FieldLayout& layout, const MagneticSettings& settings) {
+  int n_open = 0;
+  for (int axis = 0; axis < 3; ++axis) n_open += !layout.wraps_along(axis);
+  return settings.boundary == MagneticSettings::Boundary::neumann || n_open == 0 ||
+         (n_open == 1 && settings.boundary == MagneticSettings::Boundary::robin);
+}
+
+}  // namespace
+
+// What a node's content makes of the field there.
+struct Magnetostatics::Node {
+  double permeability = 1.0;  // relative
+  double inner = 0.0;         // h, A/m
+  double mean = 0.0;          // magnetisation of the content at h, A/m
+  double dilution = 0.0;      // c
+  double dilution_slope = 0.0;
+};
+
+Magnetostatics::Magnetostatics(const Comm& comm, const FieldLayout& layout, const MagneticSettings& settings,
+                               std::vector<Magnetisation> materials, const AppliedField& applied)
+    : all_(comm),
+      settings_(settings),
+      materials_(std::move(materials)),
+      applied_(applied),
+      linear_(std::all_of(materials_.begin(), materials_.end(),
+                          [](const Magnetisation& m) { return m.law == Magnetisation::Law::linear; })),
+      overfill_(0.2),
+      spacing_(layout.geometry.cell_size),
+      potential_solver_(comm, layout, leaks_of(settings, layout.geometry.cell_size), nothing_leaks(layout, settings)) {
+  if (const double N = settings_.depolarisation(); N > 0.0)
+    for (const Magnetisation& material : materials_)
+      overfill_ = std::min(overfill_, 1.0 / (2.0 * N * material.initial_susceptibility()));
+  const FieldLevel& level = potential_solver_.finest();
+  const std::size_t n_owned = level.owned().size(), n_ghosted = level.ghosted().size();
+  energy_slopes_.assign(materials_.size(), std::vector<double>(n_owned, 0.0));
+  for (auto* values : {&total_, &permeability_, &strength_, &potential_, &right_}) values->assign(n_owned, 0.0);
+  for (auto* values : {&total_around_, &permeability_around_, &potential_around_}) values->assign(n_ghosted, 0.0);
+  for (auto& values : applied_along_) values.assign(n_ghosted, std::numeric_limits<double>::quiet_NaN());
+}
+
+// (G6): h + N c mean(h) = |H|, by Newton's method from the linear material's h.
+Magnetostatics::Node Magnetostatics::node_state(std::size_t i, double strength) const {
+  Node node;
+  const double total = total_[i];
+  if (!(total > 0.0)) return node;
+  const double beyond = std::exp(-(total - 1.0) / overfill_);
+  node.dilution = total <= 1.0 ? 1.0 - total : -overfill_ * (1.0 - beyond);
+  node.dilution_slope = total <= 1.0 ? -1.0 : -beyond;
+  const double Nc = settings_.depolarisation() * node.dilution;
+  double susceptibility = 0.0;
+  for (std::size_t s = 0; s < materials_.size(); ++s)
+    susceptibility += content_[s][i] / total * materials_[s].initial_susceptibility();
+  if (!(strength > 0.0)) {
+    node.permeability = 1.0 + total * susceptibility / (1.0 + Nc * susceptibility);
+    return node;
+  }
+  double h = strength / (1.0 + Nc * susceptibility);
+  for (int n = 0; n < newton_steps; ++n) {
+    double mean = 0.0, slope = 0.0;
+    for (std::size_t s = 0; s < materials_.size(); ++s) {
+      mean += content_[s][i] / total * materials_[s].at(h);
+      slope += content_[s][i] / total * materials_[s].slope(h);
+    }
+    h -= (h + Nc * mean - strength) / (1.0 + Nc * slope);
+  }
+  node.inner = h;
+  for (std::size_t s = 0; s < materials_.size(); ++s) node.mean += content_[s][i] / total * materials_[s].at(h);
+  node.permeability = 1.0 + total * node.mean / strength;
+  return node;
+}
+
+// `visit(lower node, place among ghosted nodes)` of all edges along `axis` whose ends are in `box` and in the field's box.
+template <class Visit>
+void Magnetostatics::for_edges(int axis, const NodeBox& box, Visit visit) const {
+  const FieldLevel& level = potential_solver_.finest();
+  const LevelShape& shape = level.shape();
+  const NodeBox& ghosted = level.ghosted();
+  Int3 end;
+  for (int b = 0; b < 3; ++b) {
+    const auto a = static_cast<std::size_t>(b);
+    end[a] = box.first[a] + box.count[a] - (b == axis);
+    if (!shape.wraps[a]) end[a] = std::min(end[a], shape.n_nodes[a] - (b == axis));
+  }
+  Int3 first = box.first;
+  for (std::size_t a = 0; a < 3; ++a)
+    if (!shape.wraps[a]) first[a] = std::max(first[a], 0);
+  Int3 n;
+  for (n[0] = first[0]; n[0] < end[0]; ++n[0])
+    for (n[1] = first[1]; n[1] < end[1]; ++n[1])
+      for (n[2] = first[2]; n[2] < end[2]; ++n[2]) visit(n, static_cast<std::size_t>(ghosted.index(n)));
+}
+
+void Magnetostatics::spread_content(double time, std::span<const std::vector<double>> content) {
+  content_.assign(content.begin(), content.end());
+  std::fill(total_.begin(), total_.end(), 0.0);
+  for (const auto& values : content_)
+    for (std::size_t i = 0; i < total_.size(); ++i) total_[i] += values[i];
+  const FieldLevel& level = potential_solver_.finest();
+  level.spread(total_, total_around_);
+  const bool stale = time != time_ && applied_.varies();
+  for (int axis = 0; axis < 3; ++axis) {
+    auto& along = applied_along_[static_cast<std::size_t>(axis)];
+    if (stale) std::fill(along.begin(), along.end(), std::numeric_limits<double>::quiet_NaN());
+    const auto next = static_cast<std::size_t>(level.ghosted().stride(axis));
+    for_edges(axis, level.ghosted(), [&](const Int3& n, std::size_t at) {
+      if (!std::isnan(along[at]) || !(total_around_[at] > 0.0 || total_around_[at + next] > 0.0)) return;
+      Vec3 middle = level.shape().position(n);
+      middle[axis] += 0.5 * spacing_;
+      along[at] = applied_.at(middle, time)[axis];
+    });
+  }
+  time_ = time;
+}
+
+void Magnetostatics::set_permeabilities() {
+  for (std::size_t i = 0; i < permeability_.size(); ++i) permeability_[i] = node_state(i, strength_[i]).permeability;
+  potential_solver_.finest().spread(permeability_, permeability_around_);
+}
+
+void Magnetostatics::set_edges() {
+  const FieldLevel& level = potential_solver_.finest();
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto next = static_cast<std::size_t>(level.ghosted().stride(axis));
+    const std::span<double> edges = potential_solver_.edges(axis);
+    for_edges(axis, level.ghosted(), [&](const Int3&, std::size_t at) {
+      const double here = permeability_around_[at], there = permeability_around_[at + next];
+      edges[at] = settings_.edges == MagneticSettings::Edges::harmonic ? 2.0 * here * there / (here + there)
+                                                                        : 0.5 * (here + there);
+    });
+  }
+  potential_solver_.prepare();
+}
+
+// (G7): what flows out of a node because of the magnetised part of H_0.
+void Magnetostatics::set_right_side() {
+  const FieldLevel& level = potential_solver_.finest();
+  const NodeBox& owned = level.owned();
+  std::fill(right_.begin(), right_.end(), 0.0);
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto a = static_cast<std::size_t>(axis);
+    const int b = (axis + 1) % 3, c = (axis + 2) % 3;
+    const std::span<const double> edges = potential_solver_.edges(axis);
+    for_edges(axis, level.ghosted(), [&](const Int3& n, std::size_t at) {
+      const double applied = applied_along_[a][at];
+      if (std::isnan(applied)) return;
+      const double flux = (edges[at] - 1.0) * applied * spacing_ * level.shape().share(b, n[static_cast<std::size_t>(b)]) *
+                          level.shape().share(c, n[static_cast<std::size_t>(c)]);
+      for (std::size_t d = 0; d < 3; ++d)
+        if (d != a && (n[d] < owned.first[d] || n[d] >= owned.first[d] + owned.count[d])) return;
+      if (n[a] >= owned.first[a]) right_[static_cast<std::size_t>(owned.index(n))] -= flux;
+      Int3 there = n;
+      if (++there[a] < owned.first[a] + owned.count[a]) right_[static_cast<std::size_t>(owned.index(there))] += flux;
+    });
+  }
+}
+
+double Magnetostatics::edge_field(int axis, std::size_t at) const {
+  const auto next = static_cast<std::size_t>(potential_solver_.finest().ghosted().stride(axis));
+  return applied_along_[static_cast<std::size_t>(axis)][at] - (potential_around_[at + next] - potential_around_[at]) / spacing_;
+}
+
+// The fields in the two halves of an edge over that of the whole.
+std::array<double, 2> Magnetostatics::half_edge_shares(double here, double there) const {
+  if (settings_.edges == MagneticSettings::Edges::arithmetic) return {1.0, 1.0};
+  return {2.0 * there / (here + there), 2.0 * here / (here + there)};
+}
+
+// (G5).
+void Magnetostatics::find_strength() {
+  const FieldLevel& level = potential_solver_.finest();
+  const NodeBox &owned = level.owned(), &ghosted = level.ghosted();
+  level.spread(potential_, potential_around_);
+  for_rows(owned, [&](int i, int j) {
+    for (int k = owned.first[2]; k < owned.first[2] + owned.count[2]; ++k) {
+      const auto own = static_cast<std::size_t>(owned.index(i, j, k));
+      strength_[own] = 0.0;
+      if (!(total_[own] > 0.0)) continue;
+      const auto at = static_cast<std::size_t>(ghosted.index(i, j, k));
+      double sum = 0.0;
+      for (int axis = 0; axis < 3; ++axis) {
+        const auto next = static_cast<std::size_t>(ghosted.stride(axis));
+        for (const std::size_t lower : {at - next, at}) {
+          if (std::isnan(applied_along_[static_cast<std::size_t>(axis)][lower])) continue;  // beyond the box
+          const auto shares = half_edge_shares(permeability_around_[lower], permeability_around_[lower + next]);
+          const double field = shares[lower == at ? 0 : 1] * edge_field(axis, lower);
+          sum += field * field;
+        }
+      }
+      strength_[own] = std::sqrt(0.5 * sum);
+    }
+  });
+}
+
+MagneticReport Magnetostatics::solve(double time, std::span<const std::vector<double>> content) {
+  const bool here = potential_solver_.has_nodes();
+  if (here) {
+    spread_content(time, content);
+    set_permeabilities();
+  }
+  MagneticReport report;
+  const int n_sweeps = linear_ ? 1 : settings_.picard_limit;
+  while (report.n_sweeps < n_sweeps) {
+    if (here) {
+      set_edges();
+      set_right_side();
+    }
+    const PotentialReport found =
+        potential_solver_.solve(right_, settings_.tolerance, settings_.max_iterations, potential_);
+    ++report.n_sweeps;
+    report.n_iterations += found.n_iterations;
+    report.residual = found.residual;
+    report.solved = found.solved;
+    double change = 0.0, largest = 1.0;
+    if (here) {
+      find_strength();
+      const std::vector<double> before = permeability_;
+      if (!linear_) set_permeabilities();
+      for (std::size_t i = 0; i < before.size(); ++i) {
+        change = std::max(change, std::abs(permeability_[i] - before[i]) / before[i]);
+        largest = std::max(largest, permeability_[i]);
+      }
+    }
+    report.change = max_global(all_, change);
+    report.largest_permeability = max_global(all_, largest);
+    if (!report.solved || report.change <= settings_.picard_tolerance) break;
+  }
+  for (std::size_t i = 0; i < total_.size(); ++i) {
+    const Node node = node_state(i, strength_[i]);
+    const double mixing = 0.5 * settings_.depolarisation() * (node.dilution - total_[i] * node.dilution_slope) * node.mean * node.mean;
+    for (std::size_t s = 0; s < materials_.size(); ++s)
+      energy_slopes_[s][i] = total_[i] > 0.0 ? vacuum_permeability * (materials_[s].co_energy(node.inner) + mixing) : 0.0;
+  }
+  return report;
+}
+
+void Magnetostatics::set_solution(std::span<const double> potential, std::span<const double> strength) {
+  std::copy(potential.begin(), potential.end(), potential_.begin());
+  std::copy(strength.begin(), strength.end(), strength_.begin());
+}
+
+double Magnetostatics::co_energy() {
+  std::vector<double> addends;
+  if (potential_solver_.has_nodes()) {
+    const FieldLevel& level = potential_solver_.finest();
+    const LevelShape& shape = level.shape();
+    const NodeBox& owned = level.owned();
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto a = static_cast<std::size_t>(axis);
+      const int b = (axis + 1) % 3, c = (axis + 2) % 3;
+      const auto next = static_cast<std::size_t>(level.ghosted().stride(axis));
+      NodeBox edges = owned;
+      ++edges.count[a];
+      for_edges(axis, edges, [&](const Int3& n, std::size_t at) {
+        const double applied = applied_along_[a][at];
+        const double share = shape.share(b, n[static_cast<std::size_t>(b)]) * shape.share(c, n[static_cast<std::size_t>(c)]);
+        const double slope = (potential_around_[at + next] - potential_around_[at]) / spacing_;
+        double energy = 0.5 * slope * slope;
+        if (!std::isnan(applied)) {
+          const double field = applied - slope;
+          const auto shares = half_edge_shares(permeability_around_[at], permeability_around_[at + next]);
+          energy = 0.25 * field * field * (shares[0] * shares[0] + shares[1] * shares[1]) - applied * field +
+                   0.5 * applied * applied;
+        }
+        addends.push_back(share * energy);
+      });
+    }
+    for (std::size_t i = 0; i < total_.size(); ++i) {
+      addends.push_back(0.5 * level.leak[i] * potential_[i] * potential_[i] / (spacing_ * spacing_));
+      if (!(total_[i] > 0.0)) continue;
+      const Node node = node_state(i, strength_[i]);
+      double energy = 0.5 * settings_.depolarisation() * node.dilution * total_[i] * node.mean * node.mean;
+      for (std::size_t s = 0; s < materials_.size(); ++s) energy += content_[s][i] * materials_[s].co_energy(node.inner);
+      addends.push_back(energy);
+    }
+  }
+  return vacuum_permeability * spacing_ * spacing_ * spacing_ * reproducible_sum(all_, addends);
+}
+
+Vec3 Magnetostatics::moment() {
+  Vec3 sum = Vec3::Zero();
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> addends;
+    if (potential_solver_.has_nodes()) {
+      const auto a = static_cast<std::size_t>(axis);
+      NodeBox edges = potential_solver_.finest().owned();
+      ++edges.count[a];
+      for_edges(axis, edges, [&](const Int3&, std::size_t at) {
+        if (!std::isnan(applied_along_[a][at])) addends.push_back((potential_solver_.edges(axis)[at] - 1.0) * edge_field(axis, at));
+      });
+    }
+    sum[axis] = spacing_ * spacing_ * spacing_ * reproducible_sum(all_, addends);
+  }
+  return sum;
+}
+
+}  // namespace bulkley

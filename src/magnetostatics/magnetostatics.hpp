@@ -1,0 +1,104 @@
+#pragma once
+// The magnetic field in and around magnetic materials on a box of nodes, from the content of its nodes (docs/theory.md, "Magnetic
+// fields").
+
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "magnetics/applied_field.hpp"
+#include "magnetics/magnetisation.hpp"
+#include "magnetostatics/potential_solver.hpp"
+
+namespace bulkley {
+
+struct MagneticSettings {
+  /// Field inside of partly filled nodes: that of spheres in empty space, or the mean of full and empty.
+  enum class Mixing { spheres, linear };
+  enum class Edges { harmonic, arithmetic };  ///< permeability between two nodes
+  /// At the faces of the box: that of a dipole at the origin; zero potential a cell beyond; no flux of the magnetised part.
+  enum class Boundary { robin, zero, neumann };
+
+  Mixing mixing = Mixing::spheres;
+  Edges edges = Edges::harmonic;
+  Boundary boundary = Boundary::robin;
+  double tolerance = 1e-3;         ///< of the potential: largest residual over that of the right side
+  double picard_tolerance = 1e-3;  ///< largest relative change of a permeability from sweep to sweep
+  int picard_limit = 8;            ///< sweeps
+  int max_iterations = 100;        ///< of a sweep
+  Vec3 origin = Vec3::Zero();      ///< of the Robin condition, m
+
+  /// Depolarisation N of the mixing rule.
+  double depolarisation() const { return mixing == Mixing::spheres ? 1.0 / 3.0 : 0.0; }
+};
+
+/// What one solution took and found. The same on every rank.
+struct MagneticReport {
+  int n_sweeps = 0;
+  int n_iterations = 0;  ///< of all sweeps
+  double residual = 0.0;
+  double change = 0.0;  ///< of the last sweep
+  double largest_permeability = 1.0;
+  bool solved = true;
+};
+
+/// H = H_0 - grad phi with div(mu H) = 0. Nodes are those of a FieldGrid; all arrays by owned node are empty on ranks without.
+class Magnetostatics {
+ public:
+  /// `materials`: magnetic ones. `applied` must outlive this. Collective.
+  Magnetostatics(const Comm& comm, const FieldLayout& layout, const MagneticSettings& settings,
+                 std::vector<Magnetisation> materials, const AppliedField& applied);
+
+  const FieldGrid& grid() const { return potential_solver_.finest().grid(); }
+  const PotentialSolver& potential_solver() const { return potential_solver_; }
+
+  /// `content`: by material, by owned node: the reference volume that particles give the node, over a cell's. Starts from the last
+  /// solution. Collective.
+  MagneticReport solve(double time, std::span<const std::vector<double>> content);
+
+  /// Of the last solution, by owned node: phi, A; |H|, A/m, and mu_0 dw/dtheta (G9), J/m^3, of each material, right where there is
+  /// material and zero elsewhere.
+  std::span<const double> potential() const { return potential_; }
+  std::span<const double> strength() const { return strength_; }
+  std::span<const double> energy_slope(std::size_t material) const { return energy_slopes_[material]; }
+  /// A solution that was saved: the next solve starts from it as the one that made it would.
+  void set_solution(std::span<const double> potential, std::span<const double> strength);
+
+  /// W of (G8) times mu_0 dx^3: the magnetic energy is minus that, J. Collective.
+  double co_energy();
+  /// Sum of M over the volume, A m^2. Collective.
+  Vec3 moment();
+
+ private:
+  struct Node;
+  Node node_state(std::size_t i, double strength) const;
+  void spread_content(double time, std::span<const std::vector<double>> content);
+  void set_permeabilities();
+  void set_edges();
+  void set_right_side();
+  void find_strength();
+  template <class Visit>
+  void for_edges(int axis, const NodeBox& box, Visit visit) const;
+  double edge_field(int axis, std::size_t at) const;
+  std::array<double, 2> half_edge_shares(double here, double there) const;
+
+  const Comm& all_;
+  MagneticSettings settings_;
+  std::vector<Magnetisation> materials_;
+  const AppliedField& applied_;
+  bool linear_;
+  double overfill_;  // q of the mixing rule
+  double spacing_;
+  PotentialSolver potential_solver_;
+  double time_ = std::numeric_limits<double>::quiet_NaN();
+  bool started_ = false;
+  // By owned node.
+  std::vector<std::vector<double>> content_;
+  std::vector<double> total_, permeability_, strength_, potential_, right_;
+  std::vector<std::vector<double>> energy_slopes_;
+  // By ghosted node: of the node, or of the edge to the next one.
+  std::vector<double> total_around_, permeability_around_, potential_around_;
+  std::array<std::vector<double>, 3> applied_along_;  // A/m; NaN where not needed so far
+};
+
+}  // namespace bulkley

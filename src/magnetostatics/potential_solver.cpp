@@ -1,0 +1,353 @@
+#include "magnetostatics/potential_solver.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "parallel/reproducible_sum.hpp"
+
+namespace bulkley {
+
+namespace {
+
+constexpr double highest = 2.0;  // of the spectrum of D^-1 A
+constexpr double lowest_smoothed = 0.4;
+constexpr double lowest_of_coarsest = 0.05;
+constexpr int smoothing_degree = 2;
+constexpr int coarsest_degree = 16;
+constexpr int fewest_cells = 4;  // of a level along an open axis
+
+bool coarsens(const LevelShape& fine, int axis) {
+  const int n = fine.n_cells(axis);
+  return n % 2 == 0 && n > (fine.wraps[static_cast<std::size_t>(axis)] ? 2 : fewest_cells);
+}
+
+LevelShape coarser(const LevelShape& fine) {
+  LevelShape coarse = fine;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!coarsens(fine, axis)) continue;
+    const auto a = static_cast<std::size_t>(axis);
+    coarse.n_nodes[a] = fine.n_cells(axis) / 2 + (fine.wraps[a] ? 0 : 1);
+    coarse.spacing[axis] = 2.0 * fine.spacing[axis];
+  }
+  return coarse;
+}
+
+// Fine nodes from coarse ones along the axes: 2 where coarsened, else 1.
+std::array<int, 3> ratios(const LevelShape& fine, const LevelShape& coarse) {
+  std::array<int, 3> ratio;
+  for (int axis = 0; axis < 3; ++axis) ratio[static_cast<std::size_t>(axis)] = fine.n_cells(axis) / coarse.n_cells(axis);
+  return ratio;
+}
+
+struct Weighted {
+  int index;
+  double weight;
+};
+
+// A few nodes along an axis with their weights.
+class Stencil {
+ public:
+  void add(int index, double weight) { entries_[static_cast<std::size_t>(n_++)] = {index, weight}; }
+  const Weighted* begin() const { return entries_.data(); }
+  const Weighted* end() const { return entries_.data() + n_; }
+
+ private:
+  std::array<Weighted, 3> entries_;
+  int n_ = 0;
+};
+
+// The coarse nodes that a fine node takes its value from.
+Stencil sources(int fine, int ratio) {
+  Stencil stencil;
+  if (ratio == 1) {
+    stencil.add(fine, 1.0);
+  } else if (fine % 2 == 0) {
+    stencil.add(fine / 2, 1.0);
+  } else {
+    stencil.add((fine - 1) / 2, 0.5);
+    stencil.add((fine + 1) / 2, 0.5);
+  }
+  return stencil;
+}
+
+// The fine nodes that take from a coarse one: those of `sources`, transposed.
+Stencil targets(int coarse, int ratio) {
+  Stencil stencil;
+  if (ratio == 1) {
+    stencil.add(coarse, 1.0);
+    return stencil;
+  }
+  stencil.add(2 * coarse - 1, 0.5);
+  stencil.add(2 * coarse, 1.0);
+  stencil.add(2 * coarse + 1, 0.5);
+  return stencil;
+}
+
+// The fine nodes across an edge whose volumes the coarse node's covers, by their shares.
+Stencil across(const LevelShape& coarse, int axis, int index, int ratio) {
+  Stencil stencil;
+  if (ratio == 1) {
+    stencil.add(index, 1.0);
+    return stencil;
+  }
+  const auto a = static_cast<std::size_t>(axis);
+  const bool first = !coarse.wraps[a] && index == 0, last = !coarse.wraps[a] && index == coarse.n_nodes[a] - 1;
+  if (!first) stencil.add(2 * index - 1, last ? 0.5 : 0.25);
+  stencil.add(2 * index, 0.5);
+  if (!last) stencil.add(2 * index + 1, first ? 0.5 : 0.25);
+  return stencil;
+}
+
+double largest_of(const Comm& comm, std::span<const double> values) {
+  double largest = 0.0;
+  for (const double value : values) largest = std::abs(value) <= largest ? largest : std::abs(value);  // a NaN counts
+  return max_global(comm, std::isfinite(largest) ? largest : INFINITY);
+}
+
+}  // namespace
+
+PotentialSolver::PotentialSolver(const Comm& comm, const FieldLayout& finest, const Leaks& leaks, bool singular)
+    : all_(comm), singular_(singular) {
+  std::vector<LevelShape> shapes{shape_of(finest)};
+  while (true) {
+    const LevelShape next = coarser(shapes.back());
+    if (next.n_nodes == shapes.back().n_nodes) break;
+    shapes.push_back(next);
+  }
+  for (const LevelShape& shape : shapes) {
+    const FieldBoxes boxes = aligned_boxes(shapes.back(), ratios(shape, shapes.back()), shape, comm.size());
+    levels_.push_back(std::make_unique<FieldLevel>(comm, shape, levels_.empty() ? finest : coarse_layout(shape), boxes));
+    FieldLevel& level = *levels_.back();
+    Work& work = work_.emplace_back();
+    if (!level.grid().has_nodes()) continue;
+    leaks(level);
+    for (auto& values : work.edges) values.assign(level.ghosted().size(), 0.0);
+    for (auto* values : {&work.right, &work.solution, &work.residual, &work.step}) values->assign(level.owned().size(), 0.0);
+    work.ghosted.assign(level.ghosted().size(), 0.0);
+  }
+}
+
+void PotentialSolver::prepare() {
+  for (std::size_t level = 0; level < levels_.size(); ++level) {
+    if (level > 0) coarsen(level);
+    for (auto& edges : work_[level].edges) levels_[level]->refresh(edges);
+    set_conductances(level);
+  }
+}
+
+// Edges of a level from those of the finer one: in series along themselves, side by side across.
+void PotentialSolver::coarsen(std::size_t level) {
+  const LevelShape& coarse = levels_[level]->shape();
+  const NodeBox &owned = levels_[level]->owned(), &to = levels_[level]->ghosted(), &from = levels_[level - 1]->ghosted();
+  const std::array<int, 3> ratio = ratios(levels_[level - 1]->shape(), coarse);
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto a = static_cast<std::size_t>(axis);
+    const int b = (axis + 1) % 3, c = (axis + 2) % 3;
+    const double* const fine = work_[level - 1].edges[a].data();
+    const std::ptrdiff_t next = from.stride(axis);
+    Int3 n;
+    for_rows(owned, [&](int i, int j) {
+      n[0] = i, n[1] = j;
+      for (n[2] = owned.first[2]; n[2] < owned.first[2] + owned.count[2]; ++n[2]) {
+        if (!coarse.wraps[a] && n[a] == coarse.n_nodes[a] - 1) continue;
+        Int3 at;
+        at[a] = ratio[a] * n[a];
+        double sum = 0.0;
+        for (const Weighted& u : across(coarse, b, n[static_cast<std::size_t>(b)], ratio[static_cast<std::size_t>(b)]))
+          for (const Weighted& v : across(coarse, c, n[static_cast<std::size_t>(c)], ratio[static_cast<std::size_t>(c)])) {
+            at[static_cast<std::size_t>(b)] = u.index;
+            at[static_cast<std::size_t>(c)] = v.index;
+            const double* const edge = fine + from.index(at);
+            const double along = ratio[a] == 1 ? edge[0] : 2.0 * edge[0] * edge[next] / (edge[0] + edge[next]);
+            sum += u.weight * v.weight * along;
+          }
+        work_[level].edges[a][static_cast<std::size_t>(to.index(n))] = sum;
+      }
+    });
+  }
+}
+
+// Permeability times area over length, in cells of the finest level.
+void PotentialSolver::set_conductances(std::size_t level) {
+  FieldLevel& grid = *levels_[level];
+  const LevelShape& shape = grid.shape();
+  const NodeBox& box = grid.ghosted();
+  const double unit = levels_.front()->shape().spacing[0];
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto a = static_cast<std::size_t>(axis);
+    const int b = (axis + 1) % 3, c = (axis + 2) % 3;
+    const double ratio = shape.spacing[b] * shape.spacing[c] / (shape.spacing[axis] * unit);
+    Int3 n;
+    for_rows(box, [&](int i, int j) {
+      n[0] = i, n[1] = j;
+      for (n[2] = box.first[2]; n[2] < box.first[2] + box.count[2]; ++n[2]) {
+        const auto at = static_cast<std::size_t>(box.index(n));
+        const bool inside = shape.wraps[a] || (n[a] >= 0 && n[a] < shape.n_nodes[a] - 1);
+        grid.conductance[a][at] =
+            inside ? work_[level].edges[a][at] * ratio * shape.share(b, n[static_cast<std::size_t>(b)]) *
+                         shape.share(c, n[static_cast<std::size_t>(c)])
+                   : 0.0;
+      }
+    });
+  }
+  grid.set_diagonal();
+}
+
+// `degree` steps of the Chebyshev iteration with D^-1 A on [lowest, highest].
+void PotentialSolver::smooth(std::size_t level, int degree, double lowest, bool from_zero) {
+  const FieldLevel& grid = *levels_[level];
+  Work& work = work_[level];
+  const double middle = 0.5 * (highest + lowest), half = 0.5 * (highest - lowest), sigma = middle / half;
+  double rho = 1.0 / sigma;
+  for (int n = 0; n < degree; ++n) {
+    const bool zero = from_zero && n == 0;
+    if (!zero) {
+      grid.spread(work.solution, work.ghosted);
+      grid.multiply(work.ghosted, work.residual);
+    }
+    const double next = 1.0 / (2.0 * sigma - rho);
+    const double keep = n == 0 ? 0.0 : next * rho, gain = n == 0 ? 1.0 / middle : 2.0 * next / half;
+    if (n > 0) rho = next;
+    for (std::size_t i = 0; i < work.solution.size(); ++i) {
+      const double lack = zero ? work.right[i] : work.right[i] - work.residual[i];
+      const double step = keep * work.step[i] + gain * (grid.inverse_diagonal[i] * lack);
+      work.step[i] = step;
+      work.solution[i] = zero ? step : work.solution[i] + step;
+    }
+  }
+}
+
+// solution = about A^-1 right, from zero.
+void PotentialSolver::cycle(std::size_t level) {
+  if (level + 1 == levels_.size()) return smooth(level, coarsest_degree, lowest_of_coarsest, true);
+  smooth(level, smoothing_degree, lowest_smoothed, true);
+  restrict_residual(level);
+  cycle(level + 1);
+  prolong(level);
+  smooth(level, smoothing_degree, lowest_smoothed, false);
+}
+
+void PotentialSolver::restrict_residual(std::size_t level) {
+  const FieldLevel &fine = *levels_[level], &coarse = *levels_[level + 1];
+  Work& work = work_[level];
+  fine.spread(work.solution, work.ghosted);
+  fine.multiply(work.ghosted, work.residual);
+  for (std::size_t i = 0; i < work.residual.size(); ++i) work.residual[i] = work.right[i] - work.residual[i];
+  fine.spread(work.residual, work.ghosted);
+
+  const std::array<int, 3> ratio = ratios(fine.shape(), coarse.shape());
+  const NodeBox &from = fine.ghosted(), &to = coarse.owned();
+  const double* const fines = work.ghosted.data();
+  std::vector<double>& right = work_[level + 1].right;
+  for_rows(to, [&](int i, int j) {
+    for (int k = to.first[2]; k < to.first[2] + to.count[2]; ++k) {
+      double sum = 0.0;
+      for (const Weighted& u : targets(i, ratio[0]))
+        for (const Weighted& v : targets(j, ratio[1])) {
+          for (const Weighted& w : targets(k, ratio[2]))
+            sum += u.weight * v.weight * w.weight * fines[from.index(u.index, v.index, w.index)];
+        }
+      right[static_cast<std::size_t>(to.index(i, j, k))] = sum;
+    }
+  });
+}
+
+void PotentialSolver::prolong(std::size_t level) {
+  const FieldLevel &fine = *levels_[level], &coarse = *levels_[level + 1];
+  coarse.spread(work_[level + 1].solution, work_[level + 1].ghosted);
+  const std::array<int, 3> ratio = ratios(fine.shape(), coarse.shape());
+  const NodeBox &from = coarse.ghosted(), &to = fine.owned();
+  const double* const coarses = work_[level + 1].ghosted.data();
+  std::vector<double>& solution = work_[level].solution;
+  for_rows(to, [&](int i, int j) {
+    for (int k = to.first[2]; k < to.first[2] + to.count[2]; ++k) {
+      double sum = 0.0;
+      for (const Weighted& u : sources(i, ratio[0]))
+        for (const Weighted& v : sources(j, ratio[1])) {
+          for (const Weighted& w : sources(k, ratio[2]))
+            sum += u.weight * v.weight * w.weight * coarses[from.index(u.index, v.index, w.index)];
+        }
+      solution[static_cast<std::size_t>(to.index(i, j, k))] += sum;
+    }
+  });
+}
+
+// Subtracts the mean over all nodes.
+void PotentialSolver::centre(std::span<double> values) const {
+  const Int3& n = finest().shape().n_nodes;
+  const double mean = reproducible_sum(comm(), values) / (1.0 * n[0] * n[1] * n[2]);
+  for (double& value : values) value -= mean;
+}
+
+PotentialReport PotentialSolver::solve(std::span<const double> right, double tolerance, int max_iterations,
+                                       std::span<double> solution) {
+  PotentialReport report;
+  if (has_nodes()) report = iterate(right, tolerance, max_iterations, solution);
+  if (comm().size() < all_.size() || !has_nodes()) {
+    double numbers[3] = {1.0 * report.n_iterations, report.residual, report.solved ? 1.0 : 0.0};
+    BULKLEY_MPI(MPI_Bcast(numbers, 3, MPI_DOUBLE, 0, all_.get()));
+    report = {static_cast<int>(numbers[0]), numbers[1], numbers[2] == 1.0};
+  }
+  return report;
+}
+
+PotentialReport PotentialSolver::iterate(std::span<const double> right, double tolerance, int max_iterations,
+                                         std::span<double> solution) {
+  const FieldLevel& grid = finest();
+  Work& work = work_.front();
+  const std::size_t n = right.size();
+  const double size = largest_of(comm(), right);
+  PotentialReport report;
+  if (size == 0.0) {
+    std::fill(solution.begin(), solution.end(), 0.0);
+    return report;
+  }
+  std::vector<double> residual(n), direction(n), product(n);
+  grid.spread(solution, work.ghosted);
+  grid.multiply(work.ghosted, residual);
+  for (std::size_t i = 0; i < n; ++i) residual[i] = right[i] - residual[i];
+  const auto precondition = [&] {
+    std::copy(residual.begin(), residual.end(), work.right.begin());
+    cycle(0);
+    if (singular_) centre(work.solution);
+  };
+  double power = 0.0;
+  while (true) {
+    if (singular_) centre(residual);
+    report.residual = largest_of(comm(), residual) / size;
+    if (report.residual <= tolerance) break;
+    if (report.n_iterations == max_iterations || !std::isfinite(report.residual)) {
+      report.solved = false;
+      break;
+    }
+    precondition();
+    const double next = reproducible_dot(comm(), residual, work.solution);
+    const double ratio = power == 0.0 ? 0.0 : next / power;
+    power = next;
+    for (std::size_t i = 0; i < n; ++i) direction[i] = work.solution[i] + ratio * direction[i];
+    grid.spread(direction, work.ghosted);
+    grid.multiply(work.ghosted, product);
+    const double curvature = reproducible_dot(comm(), direction, product);
+    if (!(curvature > 0.0)) {
+      report.solved = false;
+      break;
+    }
+    const double length = power / curvature;
+    for (std::size_t i = 0; i < n; ++i) {
+      solution[i] += length * direction[i];
+      residual[i] -= length * product[i];
+    }
+    ++report.n_iterations;
+  }
+  if (singular_) centre(solution);
+  return report;
+}
+
+std::size_t PotentialSolver::memory() const {
+  std::size_t n_values = 0;
+  for (std::size_t level = 0; level < levels_.size(); ++level)
+    n_values += 10 * levels_[level]->ghosted().size() + 8 * levels_[level]->owned().size();
+  return n_values * sizeof(double);
+}
+
+}  // namespace bulkley
