@@ -126,8 +126,8 @@ FieldGrid::FieldGrid(const Comm& comm, const FieldLayout& layout, FieldBoxes box
   std::array<DMBoundaryType, 3> ends;
   for (int axis = 0; axis < 3; ++axis)
     ends[static_cast<std::size_t>(axis)] = layout.wraps_along(axis) ? DM_BOUNDARY_PERIODIC
-                                             : layout.margins         ? DM_BOUNDARY_GHOSTED
-                                                                      : DM_BOUNDARY_NONE;
+                                           : layout.margins         ? DM_BOUNDARY_GHOSTED
+                                                                    : DM_BOUNDARY_NONE;
   const std::vector<PetscInt> nx = widths(boxes_.starts[0]), ny = widths(boxes_.starts[1]), nz = widths(boxes_.starts[2]);
   const DMDAStencilType stencil = layout.stencil == FieldLayout::Stencil::box ? DMDA_STENCIL_BOX : DMDA_STENCIL_STAR;
   BULKLEY_PETSC(DMDACreate3d(this->comm().get(), ends[2], ends[1], ends[0], stencil, layout.n_nodes(2), layout.n_nodes(1),

@@ -106,7 +106,8 @@ void FieldLevel::multiply(std::span<const double> x, std::span<double> y) const 
   });
 }
 
-FieldBoxes aligned_boxes(const LevelShape& coarsest, const std::array<int, 3>& factors, const LevelShape& fine, int n_ranks) {
+FieldBoxes aligned_boxes(const LevelShape& coarsest, const std::array<int, 3>& factors, const LevelShape& fine,
+                         int n_ranks) {
   LevelShape cells = coarsest;
   for (int a = 0; a < 3; ++a) cells.n_nodes[static_cast<std::size_t>(a)] = coarsest.n_cells(a);
   FieldBoxes boxes = field_boxes(with_ghosts(coarse_layout(cells)), n_ranks);

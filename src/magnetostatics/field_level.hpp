@@ -45,9 +45,7 @@ struct LevelShape {
     const auto a = static_cast<std::size_t>(axis);
     return wraps[a] ? n_nodes[a] : n_nodes[a] - 1;
   }
-  Vec3 position(const Int3& n) const {
-    return origin + Vec3(n[0] * spacing[0], n[1] * spacing[1], n[2] * spacing[2]);
-  }
+  Vec3 position(const Int3& n) const { return origin + Vec3(n[0] * spacing[0], n[1] * spacing[1], n[2] * spacing[2]); }
   /// The share of a cell that a node's own volume has along an axis: half on the faces of the box.
   double share(int axis, int index) const {
     const auto a = static_cast<std::size_t>(axis);

@@ -172,8 +172,8 @@ void Magnetostatics::set_edges() {
     const std::span<double> edges = potential_solver_.edges(axis);
     for_edges(axis, level.ghosted(), [&](const Int3&, std::size_t at) {
       const double here = permeability_around_[at], there = permeability_around_[at + next];
-      edges[at] = settings_.edges == MagneticSettings::Edges::harmonic ? 2.0 * here * there / (here + there)
-                                                                        : 0.5 * (here + there);
+      edges[at] =
+          settings_.edges == MagneticSettings::Edges::harmonic ? 2.0 * here * there / (here + there) : 0.5 * (here + there);
     });
   }
   potential_solver_.prepare();
@@ -204,7 +204,8 @@ void Magnetostatics::set_right_side() {
 
 double Magnetostatics::edge_field(int axis, std::size_t at) const {
   const auto next = static_cast<std::size_t>(potential_solver_.finest().ghosted().stride(axis));
-  return applied_along_[static_cast<std::size_t>(axis)][at] - (potential_around_[at + next] - potential_around_[at]) / spacing_;
+  return applied_along_[static_cast<std::size_t>(axis)][at] -
+         (potential_around_[at + next] - potential_around_[at]) / spacing_;
 }
 
 // The fields in the two halves of an edge over that of the whole.
@@ -252,8 +253,7 @@ MagneticReport Magnetostatics::solve(double time, std::span<const std::vector<do
       set_edges();
       set_right_side();
     }
-    const PotentialReport found =
-        potential_solver_.solve(right_, settings_.tolerance, settings_.max_iterations, potential_);
+    const PotentialReport found = potential_solver_.solve(right_, settings_.tolerance, settings_.max_iterations, potential_);
     ++report.n_sweeps;
     report.n_iterations += found.n_iterations;
     report.residual = found.residual;
@@ -274,7 +274,8 @@ MagneticReport Magnetostatics::solve(double time, std::span<const std::vector<do
   }
   for (std::size_t i = 0; i < total_.size(); ++i) {
     const Node node = node_state(i, strength_[i]);
-    const double mixing = 0.5 * settings_.depolarisation() * (node.dilution - total_[i] * node.dilution_slope) * node.mean * node.mean;
+    const double mixing =
+        0.5 * settings_.depolarisation() * (node.dilution - total_[i] * node.dilution_slope) * node.mean * node.mean;
     for (std::size_t s = 0; s < materials_.size(); ++s)
       energy_slopes_[s][i] = total_[i] > 0.0 ? vacuum_permeability * (materials_[s].co_energy(node.inner) + mixing) : 0.0;
   }
@@ -333,7 +334,8 @@ Vec3 Magnetostatics::moment() {
       NodeBox edges = potential_solver_.finest().owned();
       ++edges.count[a];
       for_edges(axis, edges, [&](const Int3&, std::size_t at) {
-        if (!std::isnan(applied_along_[a][at])) addends.push_back((potential_solver_.edges(axis)[at] - 1.0) * edge_field(axis, at));
+        if (!std::isnan(applied_along_[a][at]))
+          addends.push_back((potential_solver_.edges(axis)[at] - 1.0) * edge_field(axis, at));
       });
     }
     sum[axis] = spacing_ * spacing_ * spacing_ * reproducible_sum(all_, addends);

@@ -183,10 +183,10 @@ void PotentialSolver::set_conductances(std::size_t level) {
       for (n[2] = box.first[2]; n[2] < box.first[2] + box.count[2]; ++n[2]) {
         const auto at = static_cast<std::size_t>(box.index(n));
         const bool inside = shape.wraps[a] || (n[a] >= 0 && n[a] < shape.n_nodes[a] - 1);
-        grid.conductance[a][at] =
-            inside ? work_[level].edges[a][at] * ratio * shape.share(b, n[static_cast<std::size_t>(b)]) *
-                         shape.share(c, n[static_cast<std::size_t>(c)])
-                   : 0.0;
+        grid.conductance[a][at] = inside
+                                      ? work_[level].edges[a][at] * ratio * shape.share(b, n[static_cast<std::size_t>(b)]) *
+                                            shape.share(c, n[static_cast<std::size_t>(c)])
+                                      : 0.0;
       }
     });
   }

@@ -51,7 +51,7 @@ class PotentialSolver {
 
  private:
   struct Work {
-    std::array<std::vector<double>, 3> edges;          // ghosted
+    std::array<std::vector<double>, 3> edges;             // ghosted
     std::vector<double> right, solution, residual, step;  // owned
     std::vector<double> ghosted;
   };
