@@ -37,9 +37,9 @@ struct MagneticReport {
   int n_sweeps = 0;
   int n_iterations = 0;  ///< of all sweeps
   double residual = 0.0;
-  double change = 0.0;  ///< of the last sweep
+  double change = 0.0;  ///< of a permeability in the last sweep; above picard_tolerance where sweeps ended at their limit
   double largest_permeability = 1.0;
-  bool solved = true;
+  bool solved = true;  ///< potentials reached their tolerance
 };
 
 /// H = H_0 - grad phi with div(mu H) = 0. Nodes are those of a FieldGrid; all arrays by owned node are empty on ranks without.
