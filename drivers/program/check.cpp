@@ -61,8 +61,9 @@ void print_disk(const Scene& scene, const Forecast& f) {
 
 void print_choice(const Scene& scene, const IntegratorChoice& choice) {
   const auto print_integrator = [](const char* label, const IntegratorForecast& f, const std::string& cost) {
-    fmt::print("{:<10} about {:.2g} s a step once bodies move at U, limited by: {}; {:.0f} steps{}\n", label, f.limit.dt,
-               name(f.limit.limiter), f.n_steps, cost);
+    fmt::print("{:<10} about {:.2g} s a step once bodies move at U, limited by: {}; {:.0f} steps{}{}\n", label, f.limit.dt,
+               name(f.limit.limiter), f.n_steps,
+               f.n_impact_steps > 0.0 ? fmt::format(", {:.0f} of them for impacts", f.n_impact_steps) : std::string(), cost);
   };
   print_integrator("explicit", choice.explicit_step, "");
   print_integrator("imex", choice.imex, fmt::format(", each at about {:.2g} times the cost", choice.imex.step_cost));

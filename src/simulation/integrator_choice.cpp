@@ -5,9 +5,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 #include <set>
+#include <utility>
 
 #include "simulation/forecast.hpp"
+#include "stepping/impact.hpp"
 
 namespace bulkley {
 
@@ -16,7 +20,63 @@ namespace {
 // A bulk modulus below it is softer than any liquid's or compact solid's: as a rule one lowered for the explicit step.
 constexpr double true_bulk_modulus = 1e8;  // Pa
 
-IntegratorForecast forecast_with(IntegratorKind kind, const Scene& scene, const std::vector<BodyForecast>& bodies) {
+// The box that a body or collider fills.
+using Box = std::pair<Vec3, Vec3>;
+
+Box box_of(const Shape& shape) {
+  const Bounds box = bounds(shape);
+  return {box.lower, box.upper};
+}
+
+// What a body may meet, at rest: walls, colliders.
+std::vector<Box> obstacles(const Scene& scene) {
+  constexpr double endless = std::numeric_limits<double>::infinity();
+  std::vector<Box> found;
+  for (std::size_t face = 0; face < scene.faces.size(); ++face) {
+    if (!behaviour(scene.faces[face].kind).contact) continue;
+    const auto axis = static_cast<int>(face / 2);
+    Box wall{Vec3::Constant(-endless), Vec3::Constant(endless)};
+    if (face % 2 == 0)
+      wall.second[axis] = scene.grid.lower[axis];
+    else
+      wall.first[axis] = scene.grid.upper()[axis];
+    found.push_back(wall);
+  }
+  for (const Collider& collider : scene.colliders) found.push_back(box_of(collider.shape));
+  return found;
+}
+
+// By boxes, in straight lines at the speed of their middles: gravity, spin and the motion of colliders change little before contact.
+std::vector<Impact> impacts_of(const Scene& scene, const std::vector<BodyForecast>& bodies) {
+  const std::vector<Box> rest = obstacles(scene);
+  std::vector<Box> boxes;
+  std::vector<Vec3> velocities;
+  for (const Body& body : scene.bodies) {
+    boxes.push_back(box_of(body.shape));
+    velocities.push_back(StartMotion(scene.grid, body).velocity(0.5 * (boxes.back().first + boxes.back().second)));
+  }
+  int n_periodic = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) n_periodic += is_periodic(scene.faces, axis) ? 1 : 0;
+  std::vector<Impact> impacts;
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    if (bodies[b].at_rest || std::isnan(bodies[b].reynolds)) continue;  // solids bounce
+    double earliest = scene.time_stepping.end_time;
+    const auto meet = [&](const Box& other, const Vec3& velocity) {
+      if (!(velocity.norm() > 0.0)) return;  // NaN where a velocity_field has no value
+      const auto time = first_contact(boxes[b].first, boxes[b].second, velocity, other.first, other.second);
+      if (time) earliest = std::min(earliest, *time);
+    };
+    for (const Box& obstacle : rest) meet(obstacle, velocities[b]);
+    for (std::size_t other = 0; other < boxes.size(); ++other)
+      if (other != b) meet(boxes[other], velocities[b] - velocities[other]);
+    if (earliest < scene.time_stepping.end_time)
+      impacts.push_back({earliest, bodies[b].speed, bodies[b].size, n_periodic > 0 ? 1 : 2});
+  }
+  return impacts;
+}
+
+IntegratorForecast forecast_with(IntegratorKind kind, const Scene& scene, const std::vector<BodyForecast>& bodies,
+                                 const std::vector<Impact>& impacts) {
   TimeStepSettings settings = scene.time_stepping;
   settings.integrator = kind;
   if (kind == IntegratorKind::explicit_step) settings.viscosity = ViscosityKind::explicit_stress;
@@ -33,7 +93,8 @@ IntegratorForecast forecast_with(IntegratorKind kind, const Scene& scene, const 
   }
   IntegratorForecast f;
   f.limit = time_step_limit(settings, scene.grid.cell_size, bounds, collider_speed(scene.grid, scene.colliders, 0.0, 0.0));
-  f.n_steps = std::max(1.0, std::ceil(settings.end_time / f.limit.dt));
+  f.n_steps = count_steps(settings, scene.grid.cell_size, settings.end_time, f.limit.dt, impacts);
+  f.n_impact_steps = f.n_steps - count_steps(settings, scene.grid.cell_size, settings.end_time, f.limit.dt, {});
   if (kind == IntegratorKind::imex) f.step_cost = imex_step_cost;
   if (settings.viscosity == ViscosityKind::implicit_stress && viscous.motion.viscosity.value > 0.0) {
     const double ratio = f.limit.dt / time_step_limit(settings, scene.grid.cell_size, viscous, 0.0).dt;
@@ -98,8 +159,9 @@ double kinematic_viscosity(const Material& material) {
 
 IntegratorChoice compare_integrators(const Scene& scene, const std::vector<BodyForecast>& bodies) {
   IntegratorChoice choice;
-  choice.explicit_step = forecast_with(IntegratorKind::explicit_step, scene, bodies);
-  choice.imex = forecast_with(IntegratorKind::imex, scene, bodies);
+  const std::vector<Impact> impacts = impacts_of(scene, bodies);
+  choice.explicit_step = forecast_with(IntegratorKind::explicit_step, scene, bodies, impacts);
+  choice.imex = forecast_with(IntegratorKind::imex, scene, bodies, impacts);
   choice.notes = notes_of(scene);
   if (choice.imex.limit.limiter == Limiter::viscous)
     choice.notes.push_back(scene.time_stepping.viscosity == ViscosityKind::implicit_stress

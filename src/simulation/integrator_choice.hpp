@@ -17,12 +17,13 @@ inline constexpr double imex_step_cost = 5.0;
 /// viscous_iterations sqrt(r) (docs/theory.md, "Implicit viscosity").
 inline constexpr double viscous_iteration_cost = 0.55, viscous_iterations = 2.1;
 
-/// A run with one integrator, once the bodies move at their speeds U and shear at U / L; impacts may shorten steps.
+/// A run with one integrator, once the bodies move at their speeds U and shear at U / L.
 struct IntegratorForecast {
-  TimeStepLimit limit{};
+  TimeStepLimit limit{};  ///< apart from impacts
   double n_steps = 0.0;
-  double step_cost = 1.0;  ///< in explicit steps
-  double cost = 0.0;       ///< of the run, likewise
+  double n_impact_steps = 0.0;  ///< of these, those that impacts add by their deformation
+  double step_cost = 1.0;       ///< in explicit steps
+  double cost = 0.0;            ///< of the run, likewise
 };
 
 struct IntegratorChoice {
