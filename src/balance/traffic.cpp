@@ -107,6 +107,7 @@ std::vector<RankTraffic> predict_traffic(const GridGeometry& grid, const TileMap
     RankTraffic& rank = rank_at(map.owner(load.tile[t]));
     rank.load += load.weight[t];
     rank.n_particles += load.count[t];
+    rank.n_cells += std::popcount(load.cells[t]);
   }
 
   const std::vector<TileIndex> tiles = pool_tiles(grid, map, load);

@@ -11,6 +11,7 @@ namespace bulkley {
 struct RankTraffic {
   GlobalIndex load = 0;         ///< of its tiles, ps
   GlobalIndex n_particles = 0;  ///< in its tiles
+  GlobalIndex n_cells = 0;      ///< base cells with particles
   GlobalIndex n_tiles = 0;      ///< of its pool: those with particles and those its particles may enter
   GlobalIndex n_pool_nodes = 0;
   GlobalIndex n_halo_nodes = 0;    ///< of the footprints of its tiles with particles, beyond those tiles

@@ -67,8 +67,29 @@ BodyForecast body_forecast(const Comm& comm, const Scene& scene, const Body& bod
 // with PETSc 3.18 and Open MPI 4.1 (docs/performance.md, "Memory").
 constexpr double dmda_bytes_per_node = 20.0;
 constexpr double library_bytes = 5.0e6;
+// The matrix of the pressure, ours and PETSc's, and GAMG for it, of a cell with particles: measured likewise (Jacobi: 7 kB).
+constexpr double petsc_bytes_per_cell = 1.0e4;
 
-// Bytes by rank: particles with their work arrays, nodes of the pool and as many owned ones, the map of tiles, and
+// What implicit parts add, bytes. A row of the pressure keeps its entries in double and in single precision and where its nodes are.
+double implicit_bytes(const Scene& scene, const RankTraffic& rank) {
+  const TimeStepSettings& settings = scene.time_stepping;
+  if (settings.integrator != IntegratorKind::imex) return 0.0;
+  const double width = stencil_width(scene.grid.order);
+  const double row = width * width * (width * (sizeof(Node) + 4.0 * sizeof(float)) + sizeof(LocalIndex));
+  constexpr double vectors_of_cells = 12.0 * sizeof(double) + 8.0 * sizeof(LocalIndex);
+  constexpr double vectors_of_nodes = 5.0 * sizeof(Node) + sizeof(double) + 6.0 * sizeof(LocalIndex);
+  constexpr double of_particle = sizeof(double) + sizeof(LocalIndex);  // J at the start of the step; its place in the cell
+  const auto n_cells = static_cast<double>(rank.n_cells), n_nodes = static_cast<double>(rank.n_pool_nodes);
+  const auto n_particles = static_cast<double>(rank.n_particles);
+  double bytes = n_cells * (row + vectors_of_cells) + n_nodes * vectors_of_nodes + n_particles * of_particle +
+                 static_cast<double>(rank.n_tiles) * tile_nodes * (width * width + 4.0) * sizeof(LocalIndex);
+  if (settings.pressure.solver == PressureSolver::petsc) bytes += n_cells * petsc_bytes_per_cell;
+  if (settings.viscosity == ViscosityKind::implicit_stress)
+    bytes += n_nodes * (7.0 * sizeof(Node) + 3.0 * sizeof(double)) + n_particles * sizeof(double);
+  return bytes;
+}
+
+// Bytes by rank: particles with their work arrays, nodes of the pool and as many owned ones, the map of tiles, implicit parts, and
 // where the grid is written its DMDA and a vector.
 std::vector<double> memory_estimates(const Scene& scene, const Partition& partition,
                                      const std::vector<RankTraffic>& traffic) {
@@ -82,7 +103,8 @@ std::vector<double> memory_estimates(const Scene& scene, const Partition& partit
   for (const RankTraffic& rank : traffic)
     bytes.push_back(library_bytes + tables + per_particle * static_cast<double>(rank.n_particles) +
                     2.0 * vectors * sizeof(Node) * static_cast<double>(rank.n_pool_nodes) +
-                    sizeof(LocalIndex) * (tile_nodes + footprint) * static_cast<double>(rank.n_tiles));
+                    sizeof(LocalIndex) * (tile_nodes + footprint) * static_cast<double>(rank.n_tiles) +
+                    implicit_bytes(scene, rank));
   if (!scene.output.grid) return bytes;
   const FieldBoxes boxes = field_boxes(node_fields(scene.grid), static_cast<int>(bytes.size()));
   for (std::size_t rank = 0; rank < bytes.size(); ++rank)

@@ -6,6 +6,7 @@ import csv
 import json
 import math
 import pathlib
+import re
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
@@ -51,6 +52,13 @@ class Checks:
             fail(f"check with {settings}", outcome)
         return outcome.text.splitlines()
 
+    def number(self, pattern, *settings):
+        text = "\n".join(self.lines(*settings))
+        found = re.search(pattern, text)
+        if not found:
+            fail(f"check with {settings} does not say '{pattern}':\n{text}")
+        return float(found.group(1))
+
     def expect(self, text, *settings):
         if not any(text in line for line in self.lines(*settings)):
             fail(f"check with {settings} does not say '{text}':\n" + "\n".join(self.lines(*settings)))
@@ -75,6 +83,30 @@ def check_forecast(checks):
     checks.expect("'clay': the stress of drucker_prager has no part that depends on volume alone", SAND)
     checks.expect("cheaper    explicit: steps of imex are 1 times as long", SAND)
     checks.expect_not("cheaper", "time.mode=fixed", "time.dt=1e-4")
+    check_impacts(checks)
+    check_memory(checks)
+
+
+def check_impacts(checks):
+    """A fluid that is thrown at a wall within the run needs more steps than the same fluid away from it; a solid does not."""
+    fluid, end = 'materials.clay={preset="cream"}', "time.end=0.015"
+    aside, thrown = "bodies.ball.velocity=[5,0,0]", "bodies.ball.velocity=[0,0,-5]"
+    smooth, impact = (checks.number(r"imex .*; (\d+) steps", fluid, end, velocity) for velocity in (aside, thrown))
+    if not 1.5 * smooth < impact < 10.0 * smooth:
+        fail(f"{smooth} steps without an impact, {impact} with one")
+    checks.expect("for impacts", fluid, end, thrown)
+    for sets in ((fluid, end, aside), (thrown,), (fluid, thrown, "time.end=0.001")):
+        checks.expect_not("for impacts", *sets)
+
+
+def check_memory(checks):
+    """Implicit parts take memory: rows of the pressure, PETSc's matrix, viscosity."""
+    oil = 'materials.clay={law="newtonian", density=1000, viscosity=1, bulk_modulus=1e9}'
+    viscous = "time.viscosity=implicit"
+    bytes_of = [checks.number(r"([\d.]+) bytes per particle", oil, *sets) for sets in
+                (["time.integrator=explicit"], [], [viscous], ['time.pressure={solver="petsc"}'], [viscous, 'time.pressure={solver="petsc"}'])]
+    if not bytes_of[0] + 100.0 < bytes_of[1] < bytes_of[2] < bytes_of[3] < bytes_of[4]:
+        fail(f"bytes a particle: {bytes_of}")
 
 
 def rows_of(folder):
