@@ -95,7 +95,7 @@ IntegratorForecast forecast_with(IntegratorKind kind, const Scene& scene, const 
   f.limit = time_step_limit(settings, scene.grid.cell_size, bounds, collider_speed(scene.grid, scene.colliders, 0.0, 0.0));
   f.n_steps = count_steps(settings, scene.grid.cell_size, settings.end_time, f.limit.dt, impacts);
   f.n_impact_steps = f.n_steps - count_steps(settings, scene.grid.cell_size, settings.end_time, f.limit.dt, {});
-  if (kind == IntegratorKind::imex) f.step_cost = imex_step_cost;
+  if (kind == IntegratorKind::imex) f.step_cost = imex_step_cost(settings.pressure);
   if (settings.viscosity == ViscosityKind::implicit_stress && viscous.motion.viscosity.value > 0.0) {
     const double ratio = f.limit.dt / time_step_limit(settings, scene.grid.cell_size, viscous, 0.0).dt;
     f.step_cost += viscous_iteration_cost * viscous_iterations * std::sqrt(ratio);
@@ -146,6 +146,10 @@ std::vector<std::string> notes_of(const Scene& scene) {
 }
 
 }  // namespace
+
+double imex_step_cost(const PressureSettings& settings) {
+  return imex_base_cost + pressure_iteration_cost * iterations_per_digit * std::max(0.0, -std::log10(settings.tolerance));
+}
 
 Material explicit_part(const TimeStepSettings& settings, const Material& material) {
   const bool imex = settings.integrator == IntegratorKind::imex;

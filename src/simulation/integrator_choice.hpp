@@ -10,8 +10,11 @@ namespace bulkley {
 
 struct BodyForecast;
 
-/// What a step of imex costs, in explicit steps: 2 to 7 were measured, by the iterations (docs/theory.md, "Implicit pressure").
-inline constexpr double imex_step_cost = 5.0;
+/// What a step of imex costs, in explicit steps: a part that is always there, and iterations, whose number goes with the digits that
+/// are asked for. Measured on a splash of cream with tolerances of 0.1, 0.01, 1e-3 and 1e-6: 3.7, 9.2, 16.2 and 49 iterations, 2.9, 3.9,
+/// 4.4 and 7.1 explicit steps (docs/performance.md, "The implicit pressure"). A material at rest needs fewer.
+inline constexpr double imex_base_cost = 2.5, pressure_iteration_cost = 0.12, iterations_per_digit = 5.0;
+double imex_step_cost(const PressureSettings& settings);
 
 /// And with implicit viscosity each of its iterations; so many are needed where dt is r times the viscous limit: about
 /// viscous_iterations sqrt(r) (docs/theory.md, "Implicit viscosity").

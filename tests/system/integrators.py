@@ -75,6 +75,8 @@ def check_forecast(checks):
         checks.expect(f"{name:<10} about {dt:.2g} s a step once bodies move at U, limited by: elastic; {math.ceil(END / dt)} steps")
     checks.expect("limited by: speed", "materials.clay.shear_modulus=10")
     checks.expect("cheaper    imex, which the scene has")
+    checks.expect("each at about 4.3 times the cost")
+    checks.expect("each at about 6.1 times the cost", "time.pressure.tolerance=1e-6")
     checks.expect("cheaper    imex: its steps", "time.integrator=explicit")
     checks.expect("cheaper    explicit: steps of imex are", "materials.clay.bulk_modulus=1e5")
     checks.expect("'clay': a bulk_modulus below 1e+08 Pa is softer", "materials.clay.bulk_modulus=1e5")
