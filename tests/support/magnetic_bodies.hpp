@@ -6,6 +6,7 @@
 #include <map>
 #include <numbers>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "magnetostatics/magnetic_particles.hpp"
@@ -19,6 +20,13 @@ using Mixing = MagneticSettings::Mixing;
 using Edges = MagneticSettings::Edges;
 
 inline Magnetisation linear(double susceptibility) { return {Magnetisation::Law::linear, susceptibility}; }
+
+template <class Kind>
+FieldSource source_of(Kind kind) {
+  FieldSource source;
+  source.kind = std::move(kind);
+  return source;
+}
 
 // Bodies in a grid, with a field applied to them.
 struct MagneticSetting {
@@ -38,7 +46,7 @@ struct MagneticSetting {
 
   double dx() const { return scene.physics.grid.cell_size; }
   Vec3 middle() const { return 0.5 * (scene.physics.grid.lower + scene.physics.grid.upper()); }
-  void apply(const std::array<std::string, 3>& formulas) { sources = {{.kind = FieldFormula{{formulas}}}}; }
+  void apply(const std::array<std::string, 3>& formulas) { sources = {source_of(FieldFormula{{formulas}})}; }
 
   // Eight particles a cell where `inside` says so, on a lattice whose planes are `offset` cells off those of the nodes.
   template <class Inside>
