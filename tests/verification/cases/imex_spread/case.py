@@ -51,6 +51,9 @@ def main():
     history = apic.history()
     study.expect_at_most("kinetic energy after 0.6 s over the thickness", history["kinetic_energy_J"][-1] / (THICKNESS * CELL),
                          1e-4, "J/m")
+    study.remark("This truth replaces an earlier one, the explicit step with APIC and 1e6 Pa on cells of 3.1 mm (front 0.2756 m at the "
+                 "outermost particle, centre of mass 0.1071 m), which proved to be damped and locked; against that one com_x with "
+                 "APIC was 3.5 % off.")
     study.remark(f"With APIC it takes {history['step'][-1]} steps of {history['pressure_iterations'].mean():.1f} iterations on "
                  "average to 0.6 s.")
 
@@ -69,7 +72,7 @@ def main():
         for place, value in fine.items():
             study.expect(f"{place}, moment FLIP, cells of 3.1 mm", value, truth[place], 0.03, "m")
         study.remark(f"APIC on cells of 3.1 mm: {text(after('apic_fine', IMPLICIT, CELL / 2))}.")
-        for modulus in ("1e5", "3e5", "1e6"):
+        for modulus in ("1e5", "3e5"):
             found = after(f"explicit_{modulus}", SOFT | {"materials.paste.bulk_modulus": float(modulus)}, CELL / 2)
             study.remark(f"The explicit step on cells of 3.1 mm, {modulus} Pa, moment FLIP: {text(found)}. The stiffer the fluid, "
                          "the less it flows: sheets of a few cells lock. Hence the soft truth.")
