@@ -51,6 +51,11 @@ struct LevelShape {
     const auto a = static_cast<std::size_t>(axis);
     return !wraps[a] && (index == 0 || index == n_nodes[a] - 1) ? 0.5 : 1.0;
   }
+  /// And of a cell's face that its edge along `axis` crosses.
+  double share_across(int axis, const Int3& n) const {
+    const int b = (axis + 1) % 3, c = (axis + 2) % 3;
+    return share(b, n[static_cast<std::size_t>(b)]) * share(c, n[static_cast<std::size_t>(c)]);
+  }
 };
 
 /// Owned arrays hold the nodes of `owned()`; ghosted ones, of `ghosted()`, have one more layer on all sides, which is zero beyond

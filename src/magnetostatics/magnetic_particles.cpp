@@ -10,12 +10,10 @@ namespace bulkley {
 
 namespace {
 
-constexpr int fewest_cells = 4;  // of the coarsest level
-
 // The smallest m 2^k >= n with 4 < m <= 8, or n itself where that is small.
 int divisible(int n) {
   int unit = 1;
-  while (n > 2 * fewest_cells * unit) unit *= 2;
+  while (n > 2 * fewest_coarse_cells * unit) unit *= 2;
   return (n + unit - 1) / unit * unit;
 }
 

@@ -32,9 +32,7 @@ PotentialSolver::Leaks leaks_of(const MagneticSettings& settings, double unit) {
           const auto a = static_cast<std::size_t>(axis);
           const bool last = n[a] == shape.n_nodes[a] - 1;
           if (shape.wraps[a] || (n[a] != 0 && !last)) continue;
-          double area = 1.0;
-          for (const int b : {(axis + 1) % 3, (axis + 2) % 3})
-            area *= shape.spacing[b] * shape.share(b, n[static_cast<std::size_t>(b)]);
+          const double area = shape.share_across(axis, n) * shape.spacing[(axis + 1) % 3] * shape.spacing[(axis + 2) % 3];
           if (settings.boundary == MagneticSettings::Boundary::robin)
             sum += area * (n_open - 1) * (last ? from[axis] : -from[axis]) / square;
           else if (settings.boundary == MagneticSettings::Boundary::zero)
@@ -186,13 +184,11 @@ void Magnetostatics::set_right_side() {
   std::fill(right_.begin(), right_.end(), 0.0);
   for (int axis = 0; axis < 3; ++axis) {
     const auto a = static_cast<std::size_t>(axis);
-    const int b = (axis + 1) % 3, c = (axis + 2) % 3;
     const std::span<const double> edges = potential_solver_.edges(axis);
     for_edges(axis, level.ghosted(), [&](const Int3& n, std::size_t at) {
       const double applied = applied_along_[a][at];
       if (std::isnan(applied)) return;
-      const double flux = (edges[at] - 1.0) * applied * spacing_ * level.shape().share(b, n[static_cast<std::size_t>(b)]) *
-                          level.shape().share(c, n[static_cast<std::size_t>(c)]);
+      const double flux = (edges[at] - 1.0) * applied * spacing_ * level.shape().share_across(axis, n);
       for (std::size_t d = 0; d < 3; ++d)
         if (d != a && (n[d] < owned.first[d] || n[d] >= owned.first[d] + owned.count[d])) return;
       if (n[a] >= owned.first[a]) right_[static_cast<std::size_t>(owned.index(n))] -= flux;
@@ -282,11 +278,6 @@ MagneticReport Magnetostatics::solve(double time, std::span<const std::vector<do
   return report;
 }
 
-void Magnetostatics::set_solution(std::span<const double> potential, std::span<const double> strength) {
-  std::copy(potential.begin(), potential.end(), potential_.begin());
-  std::copy(strength.begin(), strength.end(), strength_.begin());
-}
-
 double Magnetostatics::co_energy() {
   std::vector<double> addends;
   if (potential_solver_.has_nodes()) {
@@ -295,13 +286,11 @@ double Magnetostatics::co_energy() {
     const NodeBox& owned = level.owned();
     for (int axis = 0; axis < 3; ++axis) {
       const auto a = static_cast<std::size_t>(axis);
-      const int b = (axis + 1) % 3, c = (axis + 2) % 3;
       const auto next = static_cast<std::size_t>(level.ghosted().stride(axis));
       NodeBox edges = owned;
       ++edges.count[a];
       for_edges(axis, edges, [&](const Int3& n, std::size_t at) {
         const double applied = applied_along_[a][at];
-        const double share = shape.share(b, n[static_cast<std::size_t>(b)]) * shape.share(c, n[static_cast<std::size_t>(c)]);
         const double slope = (potential_around_[at + next] - potential_around_[at]) / spacing_;
         double energy = 0.5 * slope * slope;
         if (!std::isnan(applied)) {
@@ -310,7 +299,7 @@ double Magnetostatics::co_energy() {
           energy = 0.25 * field * field * (shares[0] * shares[0] + shares[1] * shares[1]) - applied * field +
                    0.5 * applied * applied;
         }
-        addends.push_back(share * energy);
+        addends.push_back(shape.share_across(axis, n) * energy);
       });
     }
     for (std::size_t i = 0; i < total_.size(); ++i) {

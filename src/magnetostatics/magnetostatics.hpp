@@ -61,8 +61,6 @@ class Magnetostatics {
   std::span<const double> potential() const { return potential_; }
   std::span<const double> strength() const { return strength_; }
   std::span<const double> energy_slope(std::size_t material) const { return energy_slopes_[material]; }
-  /// A solution that was saved: the next solve starts from it as the one that made it would.
-  void set_solution(std::span<const double> potential, std::span<const double> strength);
 
   /// W of (G8) times mu_0 dx^3: the magnetic energy is minus that, J. Collective.
   double co_energy();
@@ -91,7 +89,6 @@ class Magnetostatics {
   double spacing_;
   PotentialSolver potential_solver_;
   double time_ = std::numeric_limits<double>::quiet_NaN();
-  bool started_ = false;
   // By owned node.
   std::vector<std::vector<double>> content_;
   std::vector<double> total_, permeability_, strength_, potential_, right_;

@@ -14,11 +14,10 @@ constexpr double lowest_smoothed = 0.4;
 constexpr double lowest_of_coarsest = 0.05;
 constexpr int smoothing_degree = 2;
 constexpr int coarsest_degree = 16;
-constexpr int fewest_cells = 4;  // of a level along an open axis
 
 bool coarsens(const LevelShape& fine, int axis) {
   const int n = fine.n_cells(axis);
-  return n % 2 == 0 && n > (fine.wraps[static_cast<std::size_t>(axis)] ? 2 : fewest_cells);
+  return n % 2 == 0 && n > (fine.wraps[static_cast<std::size_t>(axis)] ? 2 : fewest_coarse_cells);
 }
 
 LevelShape coarser(const LevelShape& fine) {
@@ -183,10 +182,7 @@ void PotentialSolver::set_conductances(std::size_t level) {
       for (n[2] = box.first[2]; n[2] < box.first[2] + box.count[2]; ++n[2]) {
         const auto at = static_cast<std::size_t>(box.index(n));
         const bool inside = shape.wraps[a] || (n[a] >= 0 && n[a] < shape.n_nodes[a] - 1);
-        grid.conductance[a][at] = inside
-                                      ? work_[level].edges[a][at] * ratio * shape.share(b, n[static_cast<std::size_t>(b)]) *
-                                            shape.share(c, n[static_cast<std::size_t>(c)])
-                                      : 0.0;
+        grid.conductance[a][at] = inside ? work_[level].edges[a][at] * ratio * shape.share_across(axis, n) : 0.0;
       }
     });
   }

@@ -10,6 +10,9 @@
 
 namespace bulkley {
 
+/// A level's axis is divided further while its number of cells is even and more than this.
+inline constexpr int fewest_coarse_cells = 4;
+
 /// How a solution went. The same on every rank.
 struct PotentialReport {
   int n_iterations = 0;
