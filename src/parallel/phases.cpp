@@ -8,9 +8,9 @@ namespace bulkley {
 
 namespace {
 
-constexpr std::array<const char*, n_phases> names = {"p2g",    "exchange", "grid_update",   "viscosity", "pressure",
-                                                     "judge",  "g2p",      "stress_update", "locate",    "migrate",
-                                                     "reduce", "rebuild",  "sort",          "balance"};
+constexpr std::array<const char*, n_phases> names = {"p2g",      "exchange", "forces",  "grid_update",   "viscosity",
+                                                     "pressure", "judge",    "g2p",     "stress_update", "locate",
+                                                     "migrate",  "reduce",   "rebuild", "sort",          "balance"};
 
 // PETSc's events of all phases, registered at the first use.
 PetscLogEvent event_of(Phase phase) {

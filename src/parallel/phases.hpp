@@ -14,6 +14,7 @@ namespace bulkley {
 enum class Phase : int {
   p2g,
   exchange,
+  forces,  ///< of a magnetic field: solution, and what particles give to nodes
   grid_update,
   viscosity,  ///< implicit
   pressure,   ///< implicit
