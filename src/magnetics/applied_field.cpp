@@ -118,7 +118,7 @@ struct AppliedField::Source {
   FieldSource given;
   Formula amplitude;
   std::optional<VectorField> formula;
-  Vec3 centre = Vec3::Zero();
+  Vec3 center = Vec3::Zero();
   Mat3 axes = Mat3::Identity();
   bool varies = false;
   double factor = 0.0;
@@ -132,7 +132,7 @@ struct AppliedField::Source {
             formula.emplace(kind.field);
             varies = varies || depends_on_time(kind.field);
           } else {
-            centre = kind.centre;
+            center = kind.center;
             if constexpr (requires { kind.side; })
               axes = own_axes(kind.axis, kind.side);
             else
@@ -143,7 +143,7 @@ struct AppliedField::Source {
   }
 
   /// Where `x` is in the axes of the source, m.
-  Vec3 own(const Vec3& x) const { return axes.transpose() * (pose.to_shape(x) - centre); }
+  Vec3 own(const Vec3& x) const { return axes.transpose() * (pose.to_shape(x) - center); }
 
   Vec3 field(const Vec3& x, double t) {
     if (factor == 0.0) return Vec3::Zero();

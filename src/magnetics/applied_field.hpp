@@ -18,20 +18,20 @@ struct UniformField {
   VectorFormula field;  ///< A/m, formulas of t
 };
 struct Dipole {
-  Vec3 centre = Vec3::Zero();                                ///< m
+  Vec3 center = Vec3::Zero();                                ///< m
   Vec3 axis = Vec3::UnitZ();                                 ///< direction of the moment, any length > 0
   double moment = std::numeric_limits<double>::quiet_NaN();  ///< A m^2
 };
 /// A block with a uniform magnetisation along its axis.
 struct BoxMagnet {
-  Vec3 centre = Vec3::Zero();  ///< m
+  Vec3 center = Vec3::Zero();  ///< m
   Vec3 axis = Vec3::UnitZ();   ///< from the south to the north pole, any length > 0
   Vec3 side = Vec3::Zero();    ///< along its x; zero: see `own_axes`
   Vec3 sizes = Vec3::Constant(std::numeric_limits<double>::quiet_NaN());  ///< m: along `side`, across both, along `axis`
   double remanence = std::numeric_limits<double>::quiet_NaN();            ///< B_r, T
 };
 struct CylinderMagnet {
-  Vec3 centre = Vec3::Zero();                                   ///< m
+  Vec3 center = Vec3::Zero();                                   ///< m
   Vec3 axis = Vec3::UnitZ();                                    ///< from the south to the north pole, any length > 0
   double radius = std::numeric_limits<double>::quiet_NaN();     ///< m
   double length = std::numeric_limits<double>::quiet_NaN();     ///< m
@@ -39,7 +39,7 @@ struct CylinderMagnet {
 };
 /// A thin ring of current, counter-clockwise about its axis.
 struct Coil {
-  Vec3 centre = Vec3::Zero();                                 ///< m
+  Vec3 center = Vec3::Zero();                                 ///< m
   Vec3 axis = Vec3::UnitZ();                                  ///< any length > 0
   double radius = std::numeric_limits<double>::quiet_NaN();   ///< m
   double current = std::numeric_limits<double>::quiet_NaN();  ///< A, times the number of turns

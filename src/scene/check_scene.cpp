@@ -182,14 +182,6 @@ void check_bodies(const Scene& scene, const BodySurvey& survey) {
   if (!faults.empty()) throw UsageError(faults);
 }
 
-void check_magnetics(const Scene& scene) {
-  for (const NamedMaterial& named : scene.materials)
-    if (named.magnetisation)
-      throw UsageError(fmt::format(
-          "[materials.{}.magnetic]: a run does not solve for the magnetic field yet; `bulkley rheometer --field` takes it",
-          named.name));
-}
-
 void check_colliders(const Scene& scene) {
   const GridGeometry& grid = scene.grid;
   // What the sampling of the surface resolves, so that an obstacle of just two cells passes.

@@ -16,6 +16,7 @@
 #include "scene/boundary_keys.hpp"
 #include "scene/gauge_keys.hpp"
 #include "scene/grid_keys.hpp"
+#include "scene/magnetics_keys.hpp"
 #include "scene/output_keys.hpp"
 #include "scene/partition_keys.hpp"
 #include "scene/time_step_keys.hpp"
@@ -60,8 +61,23 @@ void require_different_names(const Value& root, const char* list_key, Faults& fa
   }
 }
 
-/// Frames hold the internal variables of the scene's laws, unless the scene lists their fields. The implicit pressure they hold
-/// only where it is listed: the derived field `pressure` contains it.
+/// What a field needs that is no matter of a law; `by_default`: frames hold it then, unless the scene lists their fields.
+struct Need {
+  bool met;
+  const char* what;
+  bool by_default;
+};
+std::optional<Need> need_of(Field field, const Scene& scene) {
+  const TimeStepSettings& time = scene.time_stepping;
+  if (field == Field::cell_mean_stress)  // the derived field `pressure` contains it
+    return Need{time.integrator == IntegratorKind::imex, "time.integrator = \"imex\"", false};
+  if (field == Field::viscous_stress)
+    return Need{time.viscosity == ViscosityKind::implicit_stress, "time.viscosity = \"implicit\"", false};
+  if (field == Field::magnetic_force) return Need{scene.magnetics.has_value(), "[magnetics]", true};
+  return {};
+}
+
+/// Frames hold the internal variables of the scene's laws, unless the scene lists their fields.
 void choose_frame_fields(const Value& root, Scene& scene, Faults& faults) {
   const OptionalFields present = internal_fields(scene.materials);
   const Value* output = root.find("output");
@@ -70,16 +86,11 @@ void choose_frame_fields(const Value& root, Scene& scene, Faults& faults) {
     if (!field.optional || !field.written) continue;
     const bool listed =
         std::find(scene.output.fields.begin(), scene.output.fields.end(), field.name) != scene.output.fields.end();
-    if (field.field == Field::cell_mean_stress) {
-      if (listed && scene.time_stepping.integrator != IntegratorKind::imex)
-        faults.add(given->place, fmt::format("'output.fields' names '{}', which needs time.integrator = \"imex\" ({})",
-                                             field.name, field.meaning));
-      continue;
-    }
-    if (field.field == Field::viscous_stress) {
-      if (listed && scene.time_stepping.viscosity != ViscosityKind::implicit_stress)
-        faults.add(given->place, fmt::format("'output.fields' names '{}', which needs time.viscosity = \"implicit\" ({})",
-                                             field.name, field.meaning));
+    if (const auto needs = need_of(field.field, scene)) {
+      if (!needs->met && listed)
+        faults.add(given->place,
+                   fmt::format("'output.fields' names '{}', which needs {} ({})", field.name, needs->what, field.meaning));
+      if (!given && needs->met && needs->by_default) scene.output.fields.emplace_back(field.name);
       continue;
     }
     if (!given && present.contains(field.field)) scene.output.fields.emplace_back(field.name);
@@ -112,6 +123,7 @@ void join_tables(const Value& root, Scene& scene, Faults& faults) {
   check_frame_count(root, scene, faults);
   choose_frame_fields(root, scene, faults);
   join_measurements(root, scene, faults);
+  join_magnetics(root, scene, faults);
   for (const Value& body : root.find("bodies")->items) scene.body_places.push_back(body.place.text());
   if (const Value* colliders = root.find("colliders"))
     for (const Value& collider : colliders->items) scene.collider_places.push_back(collider.place.text());
@@ -136,6 +148,7 @@ const config::Keys<Scene>& scene_keys() {
           .key("time", &Scene::time_stepping, {.about = "Duration and time step.", .required = true})
           .key("transfer", &Scene::transfer, {.about = "Particle-grid transfer."})
           .key("materials", &Scene::materials, {.about = "Materials by name.", .required = true})
+          .key("magnetics", &Scene::magnetics, {.about = "Magnetic fields.", .default_text = "none"})
           .key("bodies", &Scene::bodies, {.about = "Pieces of material at the start.", .required = true})
           .key("colliders", &Scene::colliders, {.about = "Rigid obstacles, fixed or moving.", .default_text = "none"})
           .key("boundaries", &Scene::faces, {.about = "The faces of the domain."})

@@ -10,6 +10,7 @@
 #include "bulkley/config/rule.hpp"
 #include "grid/boundary.hpp"
 #include "kernel/transfer.hpp"
+#include "magnetics/magnetics_settings.hpp"
 #include "material/material.hpp"
 #include "particle/seeding.hpp"
 #include "scene/output_settings.hpp"
@@ -25,6 +26,7 @@ struct Scene {
   TransferSettings transfer;
   TimeStepSettings time_stepping;
   std::vector<NamedMaterial> materials;
+  std::optional<MagneticsSettings> magnetics;
   std::vector<Body> bodies;
   bool allow_overlap = false;  ///< bodies may overlap; the first in the file wins
   Faces faces;
@@ -62,10 +64,6 @@ BodySurvey survey_alone();
 /// motion that is defined at each of its particles. Throws UsageError with one sentence per fault and line. Collective if
 /// `survey` is.
 void check_bodies(const Scene& scene, const BodySurvey& survey = survey_alone());
-
-/// Throws UsageError, one sentence, where a material has a table `magnetic`, which a run would leave unused. Not collective (the
-/// same on every rank).
-void check_magnetics(const Scene& scene);
 
 /// Colliders must be thicker than two cells: a thinner one does not keep the material on its two sides apart. Throws
 /// UsageError with one sentence per fault and line, each with the required thickness. Not collective (the same on every

@@ -1,7 +1,7 @@
 // Every documented key with every kind of wrong value: a sentence with place and key, or a scene that is sound.
 //
 // The keys, types and ranges are those of the reference page, hence of the declarations: a new key is tested without a line here,
-// a new table needs an entry in `contexts`. Old names of keys are tested like their present ones.
+// a new table needs an entry in key_contexts.hpp. Old names of keys are tested like their present ones.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -9,7 +9,6 @@
 #include <unistd.h>
 
 #include <cmath>
-#include <map>
 #include <optional>
 #include <regex>
 #include <set>
@@ -17,6 +16,7 @@
 
 #include "bulkley/config/toml.hpp"
 #include "support/scene_text.hpp"
+#include "unit/scene/key_contexts.hpp"
 
 namespace bulkley::scene_test {
 namespace {
@@ -69,104 +69,6 @@ std::vector<Key> accepted_keys() {
 }
 
 // --- where a key is ------------------------------------------------------------------------------------------------------
-
-const std::string base = R"(
-title = "base"
-[domain]
-lower = [0, 0, 0]
-upper = [0.16, 0.16, 0.16]
-cell_size = 0.02
-[time]
-end = 1
-[transfer]
-scheme = "apic"
-[materials.fluid]
-preset = "cream"
-[[bodies]]
-name = "ball"
-material = "fluid"
-shape = { type = "sphere", center = [0.08, 0.08, 0.08], radius = 0.03 }
-[[colliders]]
-name = "rod"
-shape = { type = "capsule", start = [0.02, 0.08, 0.08], end = [0.02, 0.08, 0.1], radius = 0.04 }
-[boundaries]
-x_lower = "slip"
-[output]
-grid = false
-[checkpoint]
-keep = 2
-[partition]
-method = "auto"
-)";
-
-const std::string solid = "density = 900, bulk_modulus = 2e5, shear_modulus = 1e5";
-
-/// Assignments that make the section's table, the last being the table that holds its keys.
-std::vector<std::pair<std::string, std::string>> setting(const std::string& section) {
-  const auto law = [](const std::string& more) { return std::pair<std::string, std::string>("materials.fluid", more); };
-  const auto shape = [](const std::string& s) { return std::pair<std::string, std::string>("colliders.0.shape", s); };
-  const std::string ball = "{ type = \"sphere\", center = [0.08, 0.08, 0.08], radius = 0.06 }";
-  const std::string small = "{ type = \"sphere\", center = [0.08, 0.08, 0.08], radius = 0.01 }";
-  const std::map<std::string, std::vector<std::pair<std::string, std::string>>> contexts = {
-      {"Top level", {{"", ""}}},
-      {"[domain]", {{"domain", ""}}},
-      {"[time]", {{"time", ""}}},
-      {"[time.pressure]", {{"time.integrator", "\"imex\""}, {"time.pressure", "{}"}, {"time.pressure", ""}}},
-      {"[time.viscous]",
-       {{"time.integrator", "\"imex\""}, {"time.viscosity", "\"implicit\""}, {"time.viscous", "{}"}, {"time.viscous", ""}}},
-      {"[transfer]", {{"transfer", ""}}},
-      {"[materials.NAME]", {law("{ }")}},
-      {"[materials.NAME], law = \"neo_hookean\"", {law("{ law = \"neo_hookean\", " + solid + " }")}},
-      {"[materials.NAME], law = \"hencky\"", {law("{ law = \"hencky\", " + solid + " }")}},
-      {"[materials.NAME], law = \"fixed_corotated\"", {law("{ law = \"fixed_corotated\", " + solid + " }")}},
-      {"[materials.NAME], law = \"herschel_bulkley\"",
-       {law("{ law = \"herschel_bulkley\", " + solid + ", sigma_Y = 30, eta = 20, h = 0.4 }")}},
-      {"[materials.NAME], law = \"newtonian\"",
-       {law("{ law = \"newtonian\", density = 900, bulk_modulus = 2e5, viscosity = 0.1 }")}},
-      {"[materials.NAME], law = \"oldroyd_b\"", {law("{ law = \"oldroyd_b\", " + solid + ", relaxation_time = 0.1 }")}},
-      {"[materials.NAME], law = \"finite_viscoelastic\"",
-       {law("{ law = \"finite_viscoelastic\", " + solid + ", branch_shear_modulus = 1e4, relaxation_time = 0.1 }")}},
-      {"[materials.NAME], law = \"thixotropic_herschel_bulkley\"",
-       {law("{ law = \"thixotropic_herschel_bulkley\", " + solid +
-            ", sigma_Y = 30, eta = 20, h = 0.4, build_up = 0.1, breakdown = 0.2 }")}},
-      {"[materials.NAME], law = \"drucker_prager\"",
-       {law("{ law = \"drucker_prager\", " + solid + ", friction_angle = 30 }")}},
-      {"[materials.NAME], law = \"snow\"",
-       {law("{ law = \"snow\", " + solid + ", critical_compression = 0.02, critical_stretch = 0.01, hardening = 8 }")}},
-      {"[materials.NAME.magnetic]",
-       {{"materials.fluid.magnetic",
-         "{law=\"langevin\", susceptibility=1, saturation=9, yield=\"tanh\", yield_saturation=9, yield_field=9}"},
-        {"materials.fluid.magnetic", ""}}},
-      {"[[bodies]]", {{"bodies.0", ""}}},
-      {"[[colliders]]", {{"colliders.0", ""}}},
-      {"[[colliders.key_frames]]",
-       {{"colliders.0.key_frames", "[{ time = 0.1 }, { time = 0.2 }]"}, {"colliders.0.key_frames.1", ""}}},
-      {"Shapes, type = \"box\"", {shape("{ type = \"box\", lower = [0.02, 0.02, 0.02], upper = [0.12, 0.12, 0.12] }")}},
-      {"Shapes, type = \"sphere\"", {shape(ball)}},
-      {"Shapes, type = \"cylinder\"",
-       {shape("{ type = \"cylinder\", start = [0.02, 0.02, 0.02], end = [0.1, 0.1, 0.1], radius = 0.04 }")}},
-      {"Shapes, type = \"capsule\"",
-       {shape("{ type = \"capsule\", start = [0.02, 0.02, 0.02], end = [0.1, 0.1, 0.1], radius = 0.04 }")}},
-      {"Shapes, type = \"ellipsoid\"",
-       {shape("{ type = \"ellipsoid\", center = [0.1, 0.1, 0.1], radii = [0.05, 0.06, 0.07] }")}},
-      {"Shapes, type = \"plane\"", {shape("{ type = \"plane\", point = [0, 0, 0.05], normal = [0, 0, 1] }")}},
-      {"Shapes, type = \"mesh\"", {shape("{ type = \"mesh\", file = \"builtin:hare\" }")}},
-      {"Shapes, type = \"union\"", {shape("{ type = \"union\", parts = [" + ball + "] }")}},
-      {"Shapes, type = \"difference\"", {shape("{ type = \"difference\", parts = [" + ball + ", " + small + "] }")}},
-      {"Shapes, type = \"complement\"", {shape("{ type = \"complement\", parts = [" + ball + "] }")}},
-      {"Shapes, any type", {shape(ball)}},
-      {"[shape.rotation]", {{"colliders.0.shape.rotation", "{ angle = 30 }"}}},
-      {"[boundaries]", {{"boundaries", ""}}},
-      {"Faces", {{"boundaries.z_lower", "{ type = \"slip\" }"}}},
-      {"[output]", {{"output", ""}}},
-      {"[[output.front]]",
-       {{"output.front", "[{ name = \"tip\", direction = [1, 0, 0], eye = [0, 0, 9] }]"}, {"output.front.0", ""}}},
-      {"[[output.gauge]]", {{"output.gauge", "[{ name = \"p1\", face = \"x_lower\" }]"}, {"output.gauge.0", ""}}},
-      {"[checkpoint]", {{"checkpoint", ""}}},
-      {"[partition]", {{"partition", ""}}}};
-  const auto found = contexts.find(section);
-  return found == contexts.end() ? std::vector<std::pair<std::string, std::string>>{} : found->second;
-}
 
 const std::string mark = "@@";
 

@@ -1,0 +1,48 @@
+// [magnetics] of a scene: its sources, and what they have to agree on with the rest.
+
+#include <gtest/gtest.h>
+
+#include "support/scene_text.hpp"
+
+namespace bulkley::scene_test {
+namespace {
+
+const std::string material = "[materials.fluid.magnetic]\nlaw = \"linear\"\nsusceptibility = 2\n";
+const std::string coil = "[[magnetics.sources]]\nkind = \"coil\"\ncenter = [0, 0, 0.5]\nradius = 0.02\ncurrent = 100\n";
+
+std::string fault(const std::string& text) { return faults_of(small_scene + text); }
+
+TEST(MagneticsKeys, SourcesAreReadAndWrittenAgain) {
+  const Scene scene = parsed(
+      small_scene + material + "[magnetics]\nlargest_interval = 0.01\nmixing = \"linear\"\n" + coil +
+      "amplitude = \"sin(t)\"\n[[magnetics.sources]]\nkind = \"box_magnet\"\ncenter = [0, 0, 1]\nsizes = [0.1, 0.2, 0.3]\n"
+      "remanence = 1.3\n[[magnetics.sources]]\nkind = \"uniform\"\nfield = [\"1\", \"0\", \"2e4*t\"]\n");
+  ASSERT_TRUE(scene.magnetics);
+  ASSERT_EQ(scene.magnetics->sources.size(), 3u);
+  EXPECT_EQ(scene.magnetics->mixing, Mixing::linear);
+  EXPECT_EQ(std::get<Coil>(scene.magnetics->sources[0].kind).current, 100.0);
+  EXPECT_EQ(scene.magnetics->sources[0].amplitude, "sin(t)");
+  EXPECT_EQ(std::get<BoxMagnet>(scene.magnetics->sources[1].kind).sizes, Vec3(0.1, 0.2, 0.3));
+  EXPECT_EQ(std::get<UniformField>(scene.magnetics->sources[2].kind).field.text[2], "2e4*t");
+  const Scene again = parse_scene(scene.effective_text, "e.toml", {});
+  EXPECT_EQ(again.effective_text, scene.effective_text);
+}
+
+TEST(MagneticsKeys, MaterialsAndFieldsNeedEachOther) {
+  EXPECT_NE(fault(material).find("[materials.fluid.magnetic] needs [magnetics]"), std::string::npos);
+  EXPECT_NE(fault("[magnetics]\n" + coil).find("[magnetics] needs a material with a table 'magnetic'"), std::string::npos);
+}
+
+TEST(MagneticsKeys, SourcesThatMakeNoSense) {
+  const auto with = [](const std::string& sources) { return fault(material + "[magnetics]\n" + sources); };
+  EXPECT_EQ(with(coil), "");
+  EXPECT_NE(with("sources = []\n").find("it must hold at least one source"), std::string::npos);
+  EXPECT_NE(with(coil + "amplitude = \"2*x\"\n").find("amplitude' is no formula of t"), std::string::npos);
+  EXPECT_NE(with(coil + "axis = [0, 0, 0]\n").find("has no length"), std::string::npos);
+  EXPECT_NE(with(coil + "moves_with = \"rod\"\n").find("which is no collider"), std::string::npos);
+  EXPECT_NE(with(coil + "amplitude = \"t\"\n").find("needs 'largest_interval' above 0"), std::string::npos);
+  EXPECT_NE(with(coil + "radios = 1\n").find("did you mean 'radius'?"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace bulkley::scene_test
