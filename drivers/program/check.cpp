@@ -135,7 +135,6 @@ Command add_check(CLI::App& app) {
   return [a](const Comm& comm) {
     const Scene scene = a->scene.load(comm);
     check_bodies(scene, shared_survey(comm));
-    check_magnetics(scene);
     check_colliders(scene);
     check_gauges(scene);
     check_petsc_options(comm, scene.time_stepping.pressure);

@@ -45,6 +45,7 @@ struct AccountColumns {
     const auto value = [&](const char* column) { return reader.number(reader.find(column)); };
     AccountFigures account{value("gravity_work [J]"),
                            value("acceleration_field_work [J]"),
+                           value("magnetic_field_work [J]"),
                            value("to_grid_loss [J]"),
                            value("time_integration_loss [J]"),
                            value("to_grid_and_integration_loss [J]"),
@@ -147,7 +148,7 @@ RunFigures figures_of(const RunFolder& run) {
                         &figures.part_time_per_second})
     *value = unknown;
   figures.first = figures.last = {unknown, unknown, unknown, unknown};
-  figures.account = {unknown, unknown, unknown, unknown, unknown, unknown, unknown, unknown, {}, {}};
+  figures.account = {unknown, unknown, unknown, unknown, unknown, unknown, unknown, unknown, unknown, {}, {}};
   figures.step = run.step;
   figures.time = run.time;
 

@@ -132,7 +132,7 @@ bool counts(double value) { return std::isfinite(value) && value != 0.0; }
 // What there was at the start of the table, and what came in since, J.
 double energy_received(const RunFigures& f) {
   double sum = f.first.kinetic + f.first.elastic;
-  for (const double work : {f.account.gravity, f.account.acceleration_field})
+  for (const double work : {f.account.gravity, f.account.acceleration_field, f.account.magnetic_field})
     if (work > 0.0) sum += work;
   for (const auto& [name, work] : f.account.contact_works) sum += std::max(work, 0.0);
   return sum;
@@ -149,6 +149,7 @@ std::string received_text(const RunView& view) {
   };
   add("gravity", f.account.gravity);
   add("acceleration_field", f.account.acceleration_field);
+  add("magnetic_field", f.account.magnetic_field);
   for (const auto& [name, work] : f.account.contact_works) add("motion of " + name, work);
   return text;
 }
@@ -276,6 +277,7 @@ Json account_json(const AccountFigures& a) {
   for (const auto& [name, work] : a.contact_works) works[name] = rounded(work);
   return {{"gravity_work", rounded(a.gravity)},
           {"acceleration_field_work", rounded(a.acceleration_field)},
+          {"magnetic_field_work", rounded(a.magnetic_field)},
           {"to_grid_loss", rounded(a.to_grid)},
           {"time_integration_loss", rounded(a.time_integration)},
           {"to_grid_and_integration_loss", rounded(a.to_grid_and_integration)},

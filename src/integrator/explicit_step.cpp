@@ -36,9 +36,10 @@ StepReport ExplicitStep::step(const StepRequest& request, TimeStepState& state) 
   fit();
   StepReport report;
   StepBounds local;
-  const double colliders = collider_speed(particles.bounds(), request.time, request.remaining);
+  const StepBounds before = parts_.with_waves_of_forces(particles.bounds());
+  const double colliders = collider_speed(before, request.time, request.remaining);
   for (;;) {
-    report.plan = plan_step(settings, cell_size, particles.bounds(), colliders, request.remaining, state);
+    report.plan = plan_step(settings, cell_size, before, colliders, request.remaining, state);
     local = {};
     compute_nodes(request.time, report.plan.dt, report, local);
     if (!report.viscosity.solved || !report.pressure.solved) {
@@ -78,8 +79,9 @@ void ExplicitStep::compute_nodes(double time, double dt, StepReport& report, Ste
 }
 
 TimeStepLimit ExplicitStep::dt_limit(const StepBounds& bounds, double time, double remaining) const {
-  return time_step_limit(parts_.physics.time_stepping, parts_.physics.grid.cell_size, bounds,
-                         collider_speed(bounds, time, remaining));
+  const StepBounds all = parts_.with_waves_of_forces(bounds);
+  return time_step_limit(parts_.physics.time_stepping, parts_.physics.grid.cell_size, all,
+                         collider_speed(all, time, remaining));
 }
 
 // A collider as fast as the material may move as far: until the end of the longest step that the material allows.
@@ -157,6 +159,7 @@ void ExplicitStep::solve_implicit_parts(double time, const GridUpdate& update, S
 }
 
 void ExplicitStep::push_nodes(double time, const GridUpdate& update, StepBounds& local) {
+  parts_.prepare_forces(time, update.dt);
   const PhaseTimer timer(parts_.times, Phase::grid_update);
   Node* const nodes = velocity_.data();
   EnergyBudget& budget = parts_.budget;

@@ -1,6 +1,7 @@
 #include "integrator/node_force.hpp"
 
 #include "integrator/acceleration_force.hpp"
+#include "integrator/magnetic_force.hpp"
 
 namespace bulkley {
 
@@ -27,6 +28,7 @@ NodeForces node_forces_of(const Physics& physics) {
   NodeForces forces;
   if (physics.acceleration_field.given())
     forces.push_back(std::make_unique<AccelerationForce>(physics.grid, physics.acceleration_field));
+  if (physics.magnets) forces.push_back(std::make_unique<MagneticForce>(physics.grid, *physics.magnets));
   return forces;
 }
 

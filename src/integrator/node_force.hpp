@@ -29,16 +29,24 @@ class NodeForce {
 
   /// Unique among the forces of a run, [a-z_]: names its numbers in checkpoints.
   virtual const char* name() const = 0;
+  /// Before the nodes of a step from `time` to `time` + `dt` are worked out, at each of its trials: what depends on particles alone.
+  /// Collective.
+  virtual void prepare(ParticleGrid& particles, double time, double dt) { (void)particles, (void)time, (void)dt; }
   /// Adds dt f to the nodes that are not empty. A step may be tried several times before it is taken, so that nothing that a
   /// later step depends on may change here. Values that are not finite are counted in `failures`, with the node. Must give
   /// the same bits on any number of ranks, or the integrator says that it does not. Collective.
   virtual void add(const ForcedNodes& nodes, FailureCounts& failures) = 0;
+  /// The square of the speed of the waves that the force carries, m^2/s^2; it limits dt as that of elastic waves does. Not
+  /// collective (the same on every rank).
+  virtual double wave_speed_squared() const { return 0.0; }
   /// The step to `time` was taken. Collective.
   virtual void accept(double time, double dt) { (void)time, (void)dt; }
   /// What a restart must know, the same on every rank; `load` gets what `save` gave, without numbers that a checkpoint of
   /// before lacks. Not collective.
   virtual void save(Reals& reals, Integers& integers) const { (void)reals, (void)integers; }
   virtual void load(const Reals& reals, const Integers& integers) { (void)reals, (void)integers; }
+  /// What it has to tell in history.csv, in the order of the columns that the run has for it. Not collective (the same on every rank).
+  virtual std::vector<double> history() const { return {}; }
   /// Bytes on this rank. Not collective.
   virtual std::size_t memory() const { return 0; }
 };

@@ -1,6 +1,7 @@
 #pragma once
 // What a step needs to know of a scene.
 
+#include <optional>
 #include <vector>
 
 #include "bulkley/base/types.hpp"
@@ -9,10 +10,20 @@
 #include "grid/gauge.hpp"
 #include "kernel/pressure_cells.hpp"
 #include "kernel/transfer.hpp"
+#include "magnetics/magnetics_settings.hpp"
+#include "magnetics/magnetisation.hpp"
 #include "material/material.hpp"
 #include "stepping/time_step.hpp"
 
 namespace bulkley {
+
+/// Magnetic bodies and what acts on them.
+struct Magnets {
+  MagneticsSettings settings;
+  std::vector<std::optional<Magnetisation>> magnetisations;  ///< by material
+  std::vector<double> densities;                             ///< kg/m^3, likewise
+  Vec3 lower, upper;                                         ///< m, of the box that holds the magnetic bodies at the start
+};
 
 struct Physics {
   GridGeometry grid;
@@ -28,6 +39,7 @@ struct Physics {
   VolumetricLaws volumetric_laws = {};
   /// With implicit viscosity: that of the materials' viscous stress, Pa s, which `materials` then lack. Empty otherwise.
   std::vector<double> implicit_viscosities = {};
+  std::optional<Magnets> magnets = {};
 };
 
 }  // namespace bulkley

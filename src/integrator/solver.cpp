@@ -94,6 +94,15 @@ std::vector<Node> Solver::node_values(double time) {
   return values;
 }
 
+std::vector<double> Solver::force_history() const {
+  std::vector<double> values;
+  for (const auto& force : parts_.forces) {
+    const std::vector<double> own = force->history();
+    values.insert(values.end(), own.begin(), own.end());
+  }
+  return values;
+}
+
 GlobalIndex Solver::halo_bytes() const {
   const std::size_t once = exchange().sent_by_add().bytes + exchange().sent_by_get().bytes;
   return integrator_->n_exchanges() * static_cast<GlobalIndex>(once);

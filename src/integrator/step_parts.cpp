@@ -1,5 +1,8 @@
 #include "integrator/step_parts.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 namespace bulkley {
 
 StepParts::StepParts(const Physics& all_physics, ParticleGrid& all_particles, NodeForces node_forces,
@@ -19,6 +22,22 @@ bool StepParts::fit() {
   if (!forces.empty()) active_positions = particles.exchange().active_positions();
   fitted_ = particles.version();
   return true;
+}
+
+void StepParts::prepare_forces(double time, double dt) {
+  if (forces.empty() || !(dt > 0.0)) return;
+  const PhaseTimer timer(times, Phase::forces);
+  for (const auto& force : forces) force->prepare(particles, time, dt);
+}
+
+StepBounds StepParts::with_waves_of_forces(const StepBounds& bounds) const {
+  double square = 0.0;
+  for (const auto& force : forces) square += force->wave_speed_squared();
+  if (!(square > 0.0)) return bounds;
+  StepBounds result = bounds;
+  Extreme& speed = result.motion.wave_speed;
+  speed.value = std::sqrt(std::max(speed.value, 0.0) * std::max(speed.value, 0.0) + square);
+  return result;
 }
 
 void StepParts::add_forces(const GridUpdate& update, double time, const Node* momenta, Node* impulses,

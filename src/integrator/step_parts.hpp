@@ -25,12 +25,17 @@ struct StepParts {
   /// Makes contact and positions those of the present pools, if they are not yet; true if they were not. Then integrators
   /// fit their arrays. Not collective.
   bool fit();
+  /// NodeForce::prepare of all forces. Collective.
+  void prepare_forces(double time, double dt);
   /// Adds all forces; none in a step of no duration. Collective.
   void add_forces(const GridUpdate& update, double time, const Node* momenta, Node* impulses, FailureCounts& failures);
 
   /// Impulses that were found after the node update, of all active nodes -> velocities; `change` where given. `impulses` come back
   /// folded. Not collective.
   void add_later_impulses(const GridUpdate& update, Node* impulses, Node* nodes, Node* change);
+
+  /// `bounds` with the waves of forces beside those of the material. Not collective.
+  StepBounds with_waves_of_forces(const StepBounds& bounds) const;
 
   const Comm& comm() const { return particles.comm(); }
   std::size_t memory() const;

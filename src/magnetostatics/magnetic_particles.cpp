@@ -46,10 +46,10 @@ FieldLayout magnetic_layout(const GridGeometry& grid, const Vec3& lower, const V
   return layout;
 }
 
-MagneticParticles::MagneticParticles(const Comm& comm, const FieldLayout& layout, const MagneticSettings& settings,
-                                     const std::vector<std::optional<Magnetisation>>& magnetisations,
+MagneticParticles::MagneticParticles(const Comm& comm, const FieldLayout& layout, const MagneticsSettings& settings,
+                                     const Vec3& origin, const std::vector<std::optional<Magnetisation>>& magnetisations,
                                      const AppliedField& applied)
-    : field_(comm, layout, settings, given(magnetisations), applied) {
+    : field_(comm, layout, settings, origin, given(magnetisations), applied) {
   int n = 0;
   for (const auto& magnetisation : magnetisations) magnet_of_.push_back(magnetisation ? n++ : -1);
 }
@@ -104,6 +104,10 @@ void MagneticParticles::gather(ParticleGrid& particles, std::span<const double> 
   scatter_->to_owned(field.data(), owned_.data());
   particles.exchange().get(owned_.data(), pool_.data());
   scalar_gather(particles.grid(), particles.layout(), particles.particles(), particles.map(), pool_.data(), value, gradient);
+}
+
+std::size_t MagneticParticles::memory() const {
+  return field_.memory() + (pool_.capacity() + owned_.capacity() + 8 * volume_.capacity()) * sizeof(double);
 }
 
 }  // namespace bulkley

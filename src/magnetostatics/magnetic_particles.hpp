@@ -18,7 +18,7 @@ class MagneticParticles {
  public:
   /// `magnetisations`: by material of the particles; none for those that are not magnetic. `applied` must outlive this. Throws
   /// UsageError where PETSc cannot number the field's nodes. Collective.
-  MagneticParticles(const Comm& comm, const FieldLayout& layout, const MagneticSettings& settings,
+  MagneticParticles(const Comm& comm, const FieldLayout& layout, const MagneticsSettings& settings, const Vec3& origin,
                     const std::vector<std::optional<Magnetisation>>& magnetisations, const AppliedField& applied);
 
   /// Finds the field of the particles as they are, and with it `forces` and `strengths`. Collective.
@@ -30,6 +30,9 @@ class MagneticParticles {
   const std::vector<double>& strengths() const { return strengths_; }
 
   Magnetostatics& field() { return field_; }
+  /// The next solution starts from nothing. Not collective.
+  void forget() { field_.forget(); }
+  std::size_t memory() const;
 
  private:
   void gather(ParticleGrid& particles, std::span<const double> field, double* value, const std::array<double*, 3>& gradient);

@@ -11,10 +11,11 @@ namespace bulkley {
 namespace {
 
 constexpr int newton_steps = 6;
+constexpr int max_iterations = 100;
 
 // (d - 1) (x . n) / |x|^2 over the faces of the box, d being the number of its open axes: the fall of a dipole's potential.
-PotentialSolver::Leaks leaks_of(const MagneticSettings& settings, double unit) {
-  return [settings, unit](FieldLevel& level) {
+PotentialSolver::Leaks leaks_of(FarField boundary, const Vec3& origin, double unit) {
+  return [boundary, origin, unit](FieldLevel& level) {
     const LevelShape& shape = level.shape();
     int n_open = 0;
     for (const bool wraps : shape.wraps) n_open += !wraps;
@@ -23,7 +24,7 @@ PotentialSolver::Leaks leaks_of(const MagneticSettings& settings, double unit) {
     for_rows(box, [&](int i, int j) {
       n[0] = i, n[1] = j;
       for (n[2] = box.first[2]; n[2] < box.first[2] + box.count[2]; ++n[2]) {
-        Vec3 from = shape.position(n) - settings.origin;
+        Vec3 from = shape.position(n) - origin;
         double square = 0.0;
         for (int axis = 0; axis < 3; ++axis)
           if (!shape.wraps[static_cast<std::size_t>(axis)]) square += from[axis] * from[axis];
@@ -33,9 +34,9 @@ PotentialSolver::Leaks leaks_of(const MagneticSettings& settings, double unit) {
           const bool last = n[a] == shape.n_nodes[a] - 1;
           if (shape.wraps[a] || (n[a] != 0 && !last)) continue;
           const double area = shape.share_across(axis, n) * shape.spacing[(axis + 1) % 3] * shape.spacing[(axis + 2) % 3];
-          if (settings.boundary == MagneticSettings::Boundary::robin)
+          if (boundary == FarField::robin)
             sum += area * (n_open - 1) * (last ? from[axis] : -from[axis]) / square;
-          else if (settings.boundary == MagneticSettings::Boundary::zero)
+          else if (boundary == FarField::zero)
             sum += area / unit;
         }
         level.leak[static_cast<std::size_t>(box.index(n))] = sum / unit;
@@ -44,11 +45,10 @@ PotentialSolver::Leaks leaks_of(const MagneticSettings& settings, double unit) {
   };
 }
 
-bool nothing_leaks(const FieldLayout& layout, const MagneticSettings& settings) {
+bool nothing_leaks(const FieldLayout& layout, FarField boundary) {
   int n_open = 0;
   for (int axis = 0; axis < 3; ++axis) n_open += !layout.wraps_along(axis);
-  return settings.boundary == MagneticSettings::Boundary::neumann || n_open == 0 ||
-         (n_open == 1 && settings.boundary == MagneticSettings::Boundary::robin);
+  return boundary == FarField::neumann || n_open == 0 || (n_open == 1 && boundary == FarField::robin);
 }
 
 }  // namespace
@@ -62,18 +62,20 @@ struct Magnetostatics::Node {
   double dilution_slope = 0.0;
 };
 
-Magnetostatics::Magnetostatics(const Comm& comm, const FieldLayout& layout, const MagneticSettings& settings,
-                               std::vector<Magnetisation> materials, const AppliedField& applied)
+Magnetostatics::Magnetostatics(const Comm& comm, const FieldLayout& layout, const MagneticsSettings& settings,
+                               const Vec3& origin, std::vector<Magnetisation> materials, const AppliedField& applied)
     : all_(comm),
       settings_(settings),
+      depolarisation_(settings.mixing == Mixing::spheres ? 1.0 / 3.0 : 0.0),
       materials_(std::move(materials)),
       applied_(applied),
       linear_(std::all_of(materials_.begin(), materials_.end(),
                           [](const Magnetisation& m) { return m.law == Magnetisation::Law::linear; })),
       overfill_(0.2),
       spacing_(layout.geometry.cell_size),
-      potential_solver_(comm, layout, leaks_of(settings, layout.geometry.cell_size), nothing_leaks(layout, settings)) {
-  if (const double N = settings_.depolarisation(); N > 0.0)
+      potential_solver_(comm, layout, leaks_of(settings.boundary, origin, layout.geometry.cell_size),
+                        nothing_leaks(layout, settings.boundary)) {
+  if (const double N = depolarisation_; N > 0.0)
     for (const Magnetisation& material : materials_)
       overfill_ = std::min(overfill_, 1.0 / (2.0 * N * material.initial_susceptibility()));
   const FieldLevel& level = potential_solver_.finest();
@@ -92,7 +94,7 @@ Magnetostatics::Node Magnetostatics::node_state(std::size_t i, double strength) 
   const double beyond = std::exp(-(total - 1.0) / overfill_);
   node.dilution = total <= 1.0 ? 1.0 - total : -overfill_ * (1.0 - beyond);
   node.dilution_slope = total <= 1.0 ? -1.0 : -beyond;
-  const double Nc = settings_.depolarisation() * node.dilution;
+  const double Nc = depolarisation_ * node.dilution;
   double susceptibility = 0.0;
   for (std::size_t s = 0; s < materials_.size(); ++s)
     susceptibility += content_[s][i] / total * materials_[s].initial_susceptibility();
@@ -170,8 +172,7 @@ void Magnetostatics::set_edges() {
     const std::span<double> edges = potential_solver_.edges(axis);
     for_edges(axis, level.ghosted(), [&](const Int3&, std::size_t at) {
       const double here = permeability_around_[at], there = permeability_around_[at + next];
-      edges[at] =
-          settings_.edges == MagneticSettings::Edges::harmonic ? 2.0 * here * there / (here + there) : 0.5 * (here + there);
+      edges[at] = settings_.edges == EdgeMean::harmonic ? 2.0 * here * there / (here + there) : 0.5 * (here + there);
     });
   }
   potential_solver_.prepare();
@@ -206,7 +207,7 @@ double Magnetostatics::edge_field(int axis, std::size_t at) const {
 
 // The fields in the two halves of an edge over that of the whole.
 std::array<double, 2> Magnetostatics::half_edge_shares(double here, double there) const {
-  if (settings_.edges == MagneticSettings::Edges::arithmetic) return {1.0, 1.0};
+  if (settings_.edges == EdgeMean::arithmetic) return {1.0, 1.0};
   return {2.0 * there / (here + there), 2.0 * here / (here + there)};
 }
 
@@ -249,7 +250,7 @@ MagneticReport Magnetostatics::solve(double time, std::span<const std::vector<do
       set_edges();
       set_right_side();
     }
-    const PotentialReport found = potential_solver_.solve(right_, settings_.tolerance, settings_.max_iterations, potential_);
+    const PotentialReport found = potential_solver_.solve(right_, settings_.tolerance, max_iterations, potential_);
     ++report.n_sweeps;
     report.n_iterations += found.n_iterations;
     report.residual = found.residual;
@@ -266,16 +267,26 @@ MagneticReport Magnetostatics::solve(double time, std::span<const std::vector<do
     }
     report.change = max_global(all_, change);
     report.largest_permeability = max_global(all_, largest);
-    if (!report.solved || report.change <= settings_.picard_tolerance) break;
+    report.settled = linear_ || report.change <= settings_.picard_tolerance;
+    if (!report.solved || report.settled) break;
   }
   for (std::size_t i = 0; i < total_.size(); ++i) {
     const Node node = node_state(i, strength_[i]);
-    const double mixing =
-        0.5 * settings_.depolarisation() * (node.dilution - total_[i] * node.dilution_slope) * node.mean * node.mean;
+    const double mixing = 0.5 * depolarisation_ * (node.dilution - total_[i] * node.dilution_slope) * node.mean * node.mean;
     for (std::size_t s = 0; s < materials_.size(); ++s)
       energy_slopes_[s][i] = total_[i] > 0.0 ? vacuum_permeability * (materials_[s].co_energy(node.inner) + mixing) : 0.0;
   }
   return report;
+}
+
+void Magnetostatics::forget() {
+  std::fill(potential_.begin(), potential_.end(), 0.0);
+  std::fill(strength_.begin(), strength_.end(), 0.0);
+}
+
+std::size_t Magnetostatics::memory() const {
+  const std::size_t n_owned = (5 + 2 * materials_.size()) * potential_.size(), n_ghosted = 6 * potential_around_.size();
+  return (n_owned + n_ghosted) * sizeof(double) + potential_solver_.memory();
 }
 
 double Magnetostatics::co_energy() {
@@ -306,7 +317,7 @@ double Magnetostatics::co_energy() {
       addends.push_back(0.5 * level.leak[i] * potential_[i] * potential_[i] / (spacing_ * spacing_));
       if (!(total_[i] > 0.0)) continue;
       const Node node = node_state(i, strength_[i]);
-      double energy = 0.5 * settings_.depolarisation() * node.dilution * total_[i] * node.mean * node.mean;
+      double energy = 0.5 * depolarisation_ * node.dilution * total_[i] * node.mean * node.mean;
       for (std::size_t s = 0; s < materials_.size(); ++s) energy += content_[s][i] * materials_[s].co_energy(node.inner);
       addends.push_back(energy);
     }
@@ -330,6 +341,28 @@ Vec3 Magnetostatics::moment() {
     sum[axis] = spacing_ * spacing_ * spacing_ * reproducible_sum(all_, addends);
   }
   return sum;
+}
+
+double Magnetostatics::source_work(double time) {
+  if (!applied_.varies()) return 0.0;
+  std::vector<double> addends;
+  if (potential_solver_.has_nodes()) {
+    const FieldLevel& level = potential_solver_.finest();
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto a = static_cast<std::size_t>(axis);
+      NodeBox edges = level.owned();
+      ++edges.count[a];
+      for_edges(axis, edges, [&](const Int3& n, std::size_t at) {
+        const double magnetised = potential_solver_.edges(axis)[at] - 1.0;
+        if (std::isnan(applied_along_[a][at]) || magnetised == 0.0) return;
+        Vec3 middle = level.shape().position(n);
+        middle[axis] += 0.5 * spacing_;
+        const double change = applied_.at(middle, time)[axis] - applied_along_[a][at];
+        addends.push_back(level.shape().share_across(axis, n) * magnetised * edge_field(axis, at) * change);
+      });
+    }
+  }
+  return -vacuum_permeability * spacing_ * spacing_ * spacing_ * reproducible_sum(all_, addends);
 }
 
 }  // namespace bulkley

@@ -7,46 +7,28 @@
 #include <vector>
 
 #include "magnetics/applied_field.hpp"
+#include "magnetics/magnetics_settings.hpp"
 #include "magnetics/magnetisation.hpp"
 #include "magnetostatics/potential_solver.hpp"
 
 namespace bulkley {
-
-struct MagneticSettings {
-  /// Field inside of partly filled nodes: that of spheres in empty space, or the mean of full and empty.
-  enum class Mixing { spheres, linear };
-  enum class Edges { harmonic, arithmetic };  ///< permeability between two nodes
-  /// At the faces of the box: that of a dipole at the origin; zero potential a cell beyond; no flux of the magnetised part.
-  enum class Boundary { robin, zero, neumann };
-
-  Mixing mixing = Mixing::spheres;
-  Edges edges = Edges::harmonic;
-  Boundary boundary = Boundary::robin;
-  double tolerance = 1e-3;         ///< of the potential: largest residual over that of the right side
-  double picard_tolerance = 1e-3;  ///< largest relative change of a permeability from sweep to sweep
-  int picard_limit = 8;            ///< sweeps
-  int max_iterations = 100;        ///< of a sweep
-  Vec3 origin = Vec3::Zero();      ///< of the Robin condition, m
-
-  /// Depolarisation N of the mixing rule.
-  double depolarisation() const { return mixing == Mixing::spheres ? 1.0 / 3.0 : 0.0; }
-};
 
 /// What one solution took and found. The same on every rank.
 struct MagneticReport {
   int n_sweeps = 0;
   int n_iterations = 0;  ///< of all sweeps
   double residual = 0.0;
-  double change = 0.0;  ///< of a permeability in the last sweep; above picard_tolerance where sweeps ended at their limit
+  double change = 0.0;  ///< largest relative one of a permeability in the last sweep
   double largest_permeability = 1.0;
-  bool solved = true;  ///< potentials reached their tolerance
+  bool solved = true;   ///< potentials reached their tolerance
+  bool settled = true;  ///< permeabilities did
 };
 
 /// H = H_0 - grad phi with div(mu H) = 0. Nodes are those of a FieldGrid; all arrays by owned node are empty on ranks without.
 class Magnetostatics {
  public:
-  /// `materials`: magnetic ones. `applied` must outlive this. Collective.
-  Magnetostatics(const Comm& comm, const FieldLayout& layout, const MagneticSettings& settings,
+  /// `origin`: m, of the dipole whose fall FarField::robin has. `materials`: magnetic ones. `applied` must outlive this. Collective.
+  Magnetostatics(const Comm& comm, const FieldLayout& layout, const MagneticsSettings& settings, const Vec3& origin,
                  std::vector<Magnetisation> materials, const AppliedField& applied);
 
   const FieldGrid& grid() const { return potential_solver_.finest().grid(); }
@@ -61,11 +43,17 @@ class Magnetostatics {
   std::span<const double> potential() const { return potential_; }
   std::span<const double> strength() const { return strength_; }
   std::span<const double> energy_slope(std::size_t material) const { return energy_slopes_[material]; }
+  /// The next solution starts from nothing. Not collective.
+  void forget();
+  std::size_t memory() const;
 
   /// W of (G8) times mu_0 dx^3: the magnetic energy is minus that, J. Collective.
   double co_energy();
   /// Sum of M over the volume, A m^2. Collective.
   Vec3 moment();
+  /// What the sources would give, J, if the material kept the M of the last solution while they change from what they are at the time
+  /// of the solution to what they are at `time`, s: - mu_0 dx^3 sum_f M_f (H_0f(time) - H_0f). Collective.
+  double source_work(double time);
 
  private:
   struct Node;
@@ -81,7 +69,8 @@ class Magnetostatics {
   std::array<double, 2> half_edge_shares(double here, double there) const;
 
   const Comm& all_;
-  MagneticSettings settings_;
+  MagneticsSettings settings_;
+  double depolarisation_;  // N of the mixing rule
   std::vector<Magnetisation> materials_;
   const AppliedField& applied_;
   bool linear_;

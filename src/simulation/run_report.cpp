@@ -7,6 +7,7 @@
 #include <array>
 
 #include "config/duration.hpp"
+#include "integrator/magnetic_force.hpp"
 
 namespace bulkley {
 
@@ -73,6 +74,7 @@ std::vector<std::string> columns_of_particles(const std::vector<std::string>& en
 std::vector<std::string> columns_of_energies(const Scene& scene) {
   std::vector<std::string> columns{"gravity_work [J]"};
   if (scene.acceleration_field.given()) columns.emplace_back("acceleration_field_work [J]");
+  if (scene.magnetics) columns.emplace_back("magnetic_field_work [J]");
   for (const char* name : {"to_grid_loss [J]", "time_integration_loss [J]", "to_grid_and_integration_loss [J]",
                            "from_grid_loss [J]", "removed_energy [J]"})
     columns.emplace_back(name);
@@ -106,6 +108,8 @@ std::vector<std::string> history_columns(const Scene& scene) {
     for (const char* name : {"pressure_iterations", "pressure_iterations_max", "contact_rounds"}) columns.emplace_back(name);
   if (has_implicit_viscosity(scene))
     for (const char* name : {"viscosity_iterations", "viscosity_iterations_max"}) columns.emplace_back(name);
+  if (scene.magnetics)
+    columns.insert(columns.end(), MagneticFigures::columns().begin(), MagneticFigures::columns().end());
   const auto add_vector = [&](const std::string& prefix, const char* quantity, const char* unit) {
     for (const char* axis : {"x", "y", "z"}) columns.push_back(fmt::format("{}.{}_{} {}", prefix, quantity, axis, unit));
   };
@@ -180,6 +184,7 @@ std::vector<HistoryValue> history_row(const Scene& scene, const SimulationState&
     row.emplace_back(viscosity.iterations);
     row.emplace_back(viscosity.most_iterations);
   }
+  for (const double value : measured.forces) row.emplace_back(value);
   const double per_second = contact.duration > 0.0 ? 1.0 / contact.duration : 0.0;
   const std::size_t n_gauges = measured.gauge_areas.size(), n_colliders = contact.impulses.n_colliders() - 2 * n_gauges;
   for (std::size_t c = 0; c < n_colliders; ++c) {

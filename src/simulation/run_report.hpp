@@ -34,6 +34,7 @@ struct Measurements {
   double thickness_decile;          ///< cells; see the function of that name; on the root alone
   std::vector<double> reaches;      ///< m, of each front
   std::vector<double> gauge_areas;  ///< m^2, of each gauge
+  std::vector<double> forces;       ///< Solver::force_history
 };
 
 /// Means over the steps that `totals` counts. Not collective.

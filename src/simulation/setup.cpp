@@ -15,6 +15,27 @@
 
 namespace bulkley {
 
+namespace {
+
+std::optional<Magnets> magnets_of(const Scene& scene) {
+  if (!scene.magnetics) return std::nullopt;
+  constexpr double endless = std::numeric_limits<double>::infinity();
+  Magnets magnets{*scene.magnetics, {}, {}, Vec3::Constant(endless), Vec3::Constant(-endless)};
+  for (const NamedMaterial& named : scene.materials) {
+    magnets.magnetisations.push_back(named.magnetisation);
+    magnets.densities.push_back(std::visit([](const auto& law) { return law.density(); }, named.material));
+  }
+  for (const Body& body : scene.bodies) {
+    if (!magnets.magnetisations[body.material_index]) continue;
+    const Bounds box = bounds(body.shape);
+    magnets.lower = magnets.lower.cwiseMin(box.lower.cwiseMax(scene.grid.lower));
+    magnets.upper = magnets.upper.cwiseMax(box.upper.cwiseMin(scene.grid.upper()));
+  }
+  return magnets;
+}
+
+}  // namespace
+
 Physics physics_of(const Scene& scene) {
   std::vector<Collider> colliders = scene.colliders;
   for (Collider& collider : colliders) collider.shape = sampled_for_contact(collider.shape, scene.grid.cell_size);
@@ -31,6 +52,7 @@ Physics physics_of(const Scene& scene) {
       physics.implicit_viscosities.push_back(separable_viscosity(named.material));
       named.material = without_viscosity(named.material);
     }
+  physics.magnets = magnets_of(scene);
   return physics;
 }
 
@@ -39,6 +61,7 @@ OptionalFields optional_fields(const Scene& scene) {
   if (scene.transfer.needs_velocity_gradient()) fields.insert(Field::velocity_gradient);
   if (scene.time_stepping.integrator == IntegratorKind::imex) fields.insert(Field::cell_mean_stress);
   if (scene.time_stepping.viscosity == ViscosityKind::implicit_stress) fields.insert(Field::viscous_stress);
+  if (scene.magnetics) fields.insert(Field::magnetic_force);
   return fields;
 }
 

@@ -95,8 +95,8 @@ INPUT_CASES = [
          ranks=(1, 3)),
 
     # Overrides
-    override("magnetic_without_a_solver", "materials.fluid.magnetic={{law=\"linear\",susceptibility=1}}",
-             r"(?m)^\[materials\.fluid\.magnetic\]: a run does not solve for the magnetic field yet"),
+    override("magnetic_material_without_field", "materials.fluid.magnetic={{law=\"linear\",susceptibility=1}}",
+             r"\[materials\.fluid\.magnetic\] needs \[magnetics\]"),
     override("empty", "", r"(?m)^--set : an override has the form"),
     override("without_value", "time.end", r"(?m)^--set time\.end: an override has the form"),
     override("of_nothing", "=3", r"(?m)^--set =3: an override has the form"),

@@ -39,7 +39,7 @@ TEST(MagneticField, HasTheSameBitsOnAnyNumberOfRanks) {
     setting.settings.tolerance = 1e-3;
     setting.magnetisations = {Magnetisation{Magnetisation::Law::exponential, 5.0, 2e5}, linear(2.0)};
     setting.sources = {source_of(FieldFormula{{{"1e5+2e4*x", "3e4-2e4*y", "0"}}}),
-                       source_of(Dipole{.centre = Vec3(0.3, 0.6, -1.5), .moment = 3e5})};
+                       source_of(Dipole{.center = Vec3(0.3, 0.6, -1.5), .moment = 3e5})};
     setting.ball(setting.middle() - Vec3(0.0, 0.0, 0.35), 6.0, Vec3(0.11, 0.27, 0.18), 0);
     setting.ball(setting.middle() + Vec3(0.0, 0.0, 0.35), 6.0, Vec3(0.3, 0.02, 0.4), 1);
     const Found alone = find(self, setting, false);

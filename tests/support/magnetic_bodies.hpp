@@ -16,8 +16,6 @@ namespace bulkley {
 
 inline constexpr double mu0 = vacuum_permeability;
 inline constexpr double pi = std::numbers::pi;
-using Mixing = MagneticSettings::Mixing;
-using Edges = MagneticSettings::Edges;
 
 inline Magnetisation linear(double susceptibility) { return {Magnetisation::Law::linear, susceptibility}; }
 
@@ -33,7 +31,7 @@ struct MagneticSetting {
   SolverScene scene;
   double air = 1.0;
   Vec3 lower = Vec3::Constant(INFINITY), upper = Vec3::Constant(-INFINITY);  // of the bodies
-  MagneticSettings settings;
+  MagneticsSettings settings;
   std::vector<std::optional<Magnetisation>> magnetisations{linear(1.0), {}};
   std::vector<FieldSource> sources;
 
@@ -90,9 +88,8 @@ inline MagneticFound find(const Comm& comm, const MagneticSetting& setting, bool
                          partition_of(comm, setting.scene, PartitionMethod::hilbert, scattered),
                          share_of(comm, setting.scene.particles, {}), times);
   const AppliedField applied(setting.sources);
-  MagneticSettings settings = setting.settings;
-  settings.origin = 0.5 * (setting.lower + setting.upper);
-  MagneticParticles magnets(comm, magnetic_layout(grid, setting.lower, setting.upper, setting.air), settings,
+  const Vec3 origin = 0.5 * (setting.lower + setting.upper);
+  MagneticParticles magnets(comm, magnetic_layout(grid, setting.lower, setting.upper, setting.air), setting.settings, origin,
                             setting.magnetisations, applied);
   MagneticFound found;
   found.report = magnets.solve(0.0, particles);

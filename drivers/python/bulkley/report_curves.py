@@ -136,8 +136,9 @@ def lay_out_budget(sheets: Sheets, columns: list[str]) -> None:
             sheets.curve(contact, f"{contact}.contact_loss [J]")
     sheets.begin("Work done on the material since the start", "[J]")
     sheets.curve("gravity", "gravity_work [J]")
-    if "acceleration_field_work [J]" in columns:
-        sheets.curve("acceleration_field", "acceleration_field_work [J]")
+    for force in ("acceleration_field", "magnetic_field"):
+        if f"{force}_work [J]" in columns:
+            sheets.curve(force, f"{force}_work [J]")
     for contact in contacts:
         sheets.curve(contact, f"{contact}.contact_work [J]")
 

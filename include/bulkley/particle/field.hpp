@@ -28,6 +28,7 @@ enum class Field : int {
   cell_mean_stress,
   viscous_stress,
   magnetic_field_strength,
+  magnetic_force,
   material,
   id,
 };
@@ -86,6 +87,8 @@ inline constexpr std::array field_table = {
     FieldInfo{Field::magnetic_field_strength, "magnetic_field_strength", "A/m",
               "magnitude of the magnetic field H, of materials whose yield stress depends on it", FieldType::real, 1, true,
               true, true},
+    FieldInfo{Field::magnetic_force, "magnetic_force", "N", "force of the magnetic field, as of its last solution",
+              FieldType::real, 3, true, true, true},
     FieldInfo{Field::material, "material", "1", "index into the scene's materials", FieldType::uint8, 1, true, true},
     FieldInfo{Field::id, "id", "1", "unique, from the seeding geometry alone", FieldType::int64, 1, true, true},
 };

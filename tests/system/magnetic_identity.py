@@ -1,0 +1,82 @@
+#!/usr/bin/env python3
+"""Magnetic bodies give the same bits on any number of ranks and through restarts between two solutions of the field, with either
+integrator and several transfers; the energy account closes."""
+
+import csv
+import pathlib
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+from bulkley_program import fail, parse_arguments, start  # noqa: E402
+
+SCENE = pathlib.Path(__file__).with_name("magnetic_puddle.toml")
+STEPS, INTERRUPTION = 80, 33
+ROUNDING = 1e-12  # of the energy account's largest term
+SLICE = ['magnetics.sources=[{ kind = "formula", field = ["-1e6*(x-0.04)", "0", "3e4+1e6*z"] }]',
+         *(f"boundaries.y_{side}=\"periodic\"" for side in ("lower", "upper"))]
+# name, overrides, ranks of the whole run, ranks before and after a restart
+VARIANTS = (
+    ("apic", [], (2, 3, 7), (3, 4)),
+    ("moment_flip", ["transfer.scheme=\"moment_flip\"", "transfer.order=\"cubic\"", *SLICE], (3,), (7, 2)),
+    ("imex", ["time.integrator=\"imex\"", "materials.ferro.bulk_modulus=2e9"], (4,), (2, 5)),
+)
+
+
+class Test:
+    def __init__(self, program, work):
+        self.program = program
+        self.work = work
+
+    def run(self, out, ranks, steps, overrides, *more):
+        sets = [word for override in overrides for word in ("--set", override)]
+        outcome = self.program.run(["run", str(SCENE), "--out", out, "--max-steps", str(steps), *sets, *more], ranks, self.work, 300)
+        if outcome.code not in (0, 4):
+            fail(f"{out} on {ranks} ranks ended with {outcome.code}", outcome)
+        return self.work / out
+
+    def expect_identical(self, one, other, what):
+        name = f"checkpoint_{STEPS:09d}.h5"
+        compare = self.program.run(["compare", str(one / name), str(other / name)], 1, self.work, 60)
+        if compare.code != 0 or "identical" not in compare.text:
+            fail(f"{what}: different", compare)
+        print(f"{what}: identical", flush=True)
+
+
+def last_row(folder):
+    with open(folder / "history.csv", encoding="utf-8") as table:
+        return list(csv.DictReader(table))[-1]
+
+
+def expect_same_figures(one, other, what):
+    one, other = last_row(one), last_row(other)
+    for key in one:
+        if key.startswith("magnetic_") and one[key] != other[key]:
+            fail(f"{what}: {key} is {other[key]}, not {one[key]}")
+
+
+def expect_sound(folder, name):
+    last = {key: float(value) for key, value in last_row(folder).items() if key.endswith("[J]")}
+    largest = max(abs(value) for value in last.values() if value == value)
+    if not abs(last["energy_residual [J]"]) <= ROUNDING * largest:
+        fail(f"{name}: the energy account is off by {last['energy_residual [J]']} J of {largest} J")
+    if not last["magnetic_field_work [J]"] > 0.0:
+        fail(f"{name}: the magnet has pulled nothing")
+
+
+def main():
+    test = Test(*start(parse_arguments(__doc__)))
+    for name, overrides, ranks, (before, after) in VARIANTS:
+        one = test.run(f"{name}_1", 1, STEPS, overrides)
+        expect_sound(one, name)
+        for n in ranks:
+            test.expect_identical(one, test.run(f"{name}_{n}", n, STEPS, overrides), f"{name} on {n} ranks")
+        parted = f"{name}_{before}to{after}"
+        test.run(parted, before, INTERRUPTION, overrides)
+        what = f"{name} on {before} ranks, restarted on {after}"
+        restarted = test.run(parted, after, STEPS, overrides, "--restart")
+        test.expect_identical(one, restarted, what)
+        expect_same_figures(one, restarted, what)
+
+
+if __name__ == "__main__":
+    main()
