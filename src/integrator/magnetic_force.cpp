@@ -41,7 +41,8 @@ bool MagneticForce::due(double time, double dt) const {
   if (figures_.n_solves == 0) return true;
   if (figures_.time == time) return false;  // of an earlier trial of this step
   if (travelled_ + speed_ * dt > settings.resolve_distance * grid_.cell_size) return true;
-  return settings.largest_interval > 0.0 && time + dt - figures_.time > settings.largest_interval;
+  return settings.largest_interval > 0.0 && time + dt - figures_.time > settings.largest_interval &&
+         applied_.changes(figures_.time, time + dt);
 }
 
 void MagneticForce::prepare(ParticleGrid& particles, double time, double dt) {

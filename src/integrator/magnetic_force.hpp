@@ -23,7 +23,7 @@ struct MagneticFigures {
 
 /// f_i = sum_p w_ip F_p with the forces F_p of the last solution of the field (G10), which particles carry along as
 /// `magnetic_force`, so that translation costs no accuracy. The field is solved for before the first step, and before a step in which
-/// the fastest particle would have gone `resolve_distance` since, or `largest_interval` would have passed. Every solution starts
+/// the fastest particle would have gone `resolve_distance` since, or `largest_interval` would have passed and a source changes. Every solution starts
 /// from nothing, so that a restart needs no potential.
 class MagneticForce : public NodeForce {
  public:

@@ -1,6 +1,7 @@
 #include "magnetics/applied_field.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -167,24 +168,17 @@ struct AppliedField::Source {
     return factor * (pose.rotation * (axes * unit));
   }
 
-  bool holds(const Vec3& x) const {
-    const Vec3 r = own(x);
-    const double rho = std::hypot(r[0], r[1]);
-    return std::visit(
-        [&](const auto& kind) {
-          using Kind = std::decay_t<decltype(kind)>;
-          if constexpr (std::is_same_v<Kind, Dipole>)
-            return r.isZero(0.0);
-          else if constexpr (std::is_same_v<Kind, BoxMagnet>)
-            return (r.cwiseAbs() - 0.5 * kind.sizes).maxCoeff() <= 0.0;
-          else if constexpr (std::is_same_v<Kind, CylinderMagnet>)
-            return rho <= kind.radius && std::abs(r[2]) <= 0.5 * kind.length;
-          else if constexpr (std::is_same_v<Kind, Coil>)
-            return rho == kind.radius && r[2] == 0.0;
-          else
-            return false;
-        },
-        given.kind);
+  bool changes(double t1, double t2) {
+    if (!varies) return false;
+    const double before = amplitude({t1}), after = amplitude({t2});
+    if (before != after) return true;
+    if (before == 0.0) return false;
+    const Pose one = given.motion.pose(t1), other = given.motion.pose(t2);
+    if (one.rotation != other.rotation || one.to_shape(center) != other.to_shape(center)) return true;
+    if (std::holds_alternative<UniformField>(given.kind))
+      return (*formula)(Vec3::Zero(), t1) != (*formula)(Vec3::Zero(), t2);
+    const auto* field = std::get_if<FieldFormula>(&given.kind);
+    return field && depends_on_time(field->field);
   }
 };
 
@@ -217,11 +211,8 @@ bool AppliedField::varies() const {
   return false;
 }
 
-std::optional<std::size_t> AppliedField::source_at(const Vec3& x, double t) const {
-  set_time(t);
-  for (std::size_t n = 0; n < sources_.size(); ++n)
-    if (sources_[n]->holds(x)) return n;
-  return {};
+bool AppliedField::changes(double t1, double t2) const {
+  return std::ranges::any_of(sources_, [&](const auto& source) { return source->changes(t1, t2); });
 }
 
 }  // namespace bulkley

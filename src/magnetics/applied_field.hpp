@@ -3,7 +3,6 @@
 
 #include <limits>
 #include <memory>
-#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -77,9 +76,8 @@ class AppliedField {
   Vec3 at(const Vec3& x, double t) const;
   /// Whether H_0 changes with time: a motion, or a formula with t. Not collective.
   bool varies() const;
-  /// The number, from 0, of the first source whose magnet or point holds `x` (m) at the time `t` (s): there the formulas do not
-  /// hold. None elsewhere. Not collective.
-  std::optional<std::size_t> source_at(const Vec3& x, double t) const;
+  /// Whether some source is not at `t2` (s) what it is at `t1`; one with a formula of x, y, z and t counts as changing. Not collective.
+  bool changes(double t1, double t2) const;
 
  private:
   struct Source;

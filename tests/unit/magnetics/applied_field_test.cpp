@@ -184,15 +184,25 @@ TEST(AppliedField, KnowsWhetherItVaries) {
   EXPECT_THROW(AppliedField({source}), UsageError);
 }
 
-TEST(AppliedField, KnowsWhatIsInsideAMagnet) {
-  const AppliedField field({source_of(coil()), source_of(cylinder(Vec3(1.0, 0.0, 0.0), Vec3::UnitX())), source_of(box())});
-  EXPECT_EQ(field.source_at(Vec3(0.0, 0.0, 0.0), 0.0), 2u);
-  EXPECT_EQ(field.source_at(Vec3(0.0, 0.0149, 0.0049), 0.0), 2u);
-  EXPECT_FALSE(field.source_at(Vec3(0.0, 0.0149, 0.0051), 0.0));
-  EXPECT_EQ(field.source_at(Vec3(1.0049, 0.019, 0.0), 0.0), 1u);
-  EXPECT_FALSE(field.source_at(Vec3(1.0051, 0.019, 0.0), 0.0));
-  EXPECT_FALSE(field.source_at(Vec3(1.0, 0.021, 0.0), 0.0));
-  EXPECT_EQ(field.source_at(Vec3(0.02, 0.0, 0.0), 0.0), 0u);
+TEST(AppliedField, KnowsWhenSourcesChange) {
+  FieldSource pulse = source_of(coil());
+  pulse.amplitude = "t < 1 ? 2 : (t < 2 ? 2 - t : 0)";
+  const AppliedField field({pulse});
+  EXPECT_FALSE(field.changes(0.0, 0.9));
+  EXPECT_TRUE(field.changes(0.9, 1.1));
+  EXPECT_FALSE(field.changes(2.0, 3.0));
+  FieldSource moved = source_of(box());
+  moved.motion.key_frames = {{0.0}, {1.0, Vec3(0.0, 0.0, 1.0)}, {2.0, Vec3(0.0, 0.0, 1.0), Vec3(0.0, 0.0, 90.0)}};
+  EXPECT_TRUE(AppliedField({moved}).changes(0.2, 0.3));
+  EXPECT_TRUE(AppliedField({moved}).changes(1.2, 1.3));
+  EXPECT_FALSE(AppliedField({moved}).changes(2.0, 9.0));
+  EXPECT_TRUE(AppliedField({source_of(UniformField{{"1", "0", "3*t"}})}).changes(0.0, 0.1));
+  EXPECT_FALSE(AppliedField({source_of(UniformField{{"1", "0", "t < 1 ? t : 1"}})}).changes(1.0, 1.5));
+  EXPECT_FALSE(AppliedField({source_of(UniformField{{"1", "0", "3"}})}).changes(0.0, 9.0));
+  FieldSource formula = source_of(FieldFormula{{"x", "-y", "0*t"}});
+  EXPECT_TRUE(AppliedField({formula}).changes(0.0, 0.1));
+  formula.amplitude = "0";
+  EXPECT_FALSE(AppliedField({formula}).changes(0.0, 0.1));
 }
 
 }  // namespace
