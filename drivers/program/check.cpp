@@ -73,6 +73,17 @@ void print_choice(const Scene& scene, const IntegratorChoice& choice) {
   for (const std::string& note : choice.notes) fmt::print("note: {}\n", note);
 }
 
+void print_magnetics(const MagneticForecast& f, const Forecast& all) {
+  fmt::print("field      {} x {} x {} nodes, {} levels down to {} x {} x {}; about {:.1f} MiB on a rank\n", f.n_nodes[0],
+             f.n_nodes[1], f.n_nodes[2], f.n_levels, f.coarsest[0], f.coarsest[1], f.coarsest[2],
+             f.bytes_per_rank / (1024.0 * 1024.0));
+  fmt::print("solution   about {:.2g} s on one rank, every {:.0f} steps at the largest U: {:.0f} ns a particle and step\n",
+             f.solve_cost, f.steps_a_solve, 1e9 * f.solve_cost / (f.steps_a_solve * static_cast<double>(all.n_particles)));
+  for (const MagneticBodyForecast& b : f.bodies)
+    fmt::print("magnetic   {}: applied field up to {:.4g} A/m; as a ball M = {:.4g} A/m, mu_0 M^2/2 = {:.4g} Pa\n", b.name,
+               b.applied, b.magnetisation, b.traction);
+}
+
 void print(const Scene& scene, const Forecast& f) {
   const GridGeometry& grid = scene.grid;
   const Vec3 upper = grid.upper();
@@ -117,6 +128,7 @@ void print(const Scene& scene, const Forecast& f) {
   fmt::print("time step  {:.4g} s at the start, limited by: {}\n", f.limit.dt, name(f.limit.limiter));
   fmt::print("steps      about {:.0f} to t = {:g} s\n", f.n_steps, scene.time_stepping.end_time);
   if (f.choice) print_choice(scene, *f.choice);
+  if (f.magnetic) print_magnetics(*f.magnetic, f);
   for (const std::string& warning : f.warnings) fmt::print("warning: {}\n", warning);
 }
 
@@ -135,6 +147,7 @@ Command add_check(CLI::App& app) {
   return [a](const Comm& comm) {
     const Scene scene = a->scene.load(comm);
     check_bodies(scene, shared_survey(comm));
+    check_magnetics(scene);
     check_colliders(scene);
     check_gauges(scene);
     check_petsc_options(comm, scene.time_stepping.pressure);

@@ -105,14 +105,18 @@ double largest_of(const Comm& comm, std::span<const double> values) {
 
 }  // namespace
 
-PotentialSolver::PotentialSolver(const Comm& comm, const FieldLayout& finest, const Leaks& leaks, bool singular)
-    : all_(comm), singular_(singular) {
+std::vector<LevelShape> level_shapes(const FieldLayout& finest) {
   std::vector<LevelShape> shapes{shape_of(finest)};
   while (true) {
     const LevelShape next = coarser(shapes.back());
-    if (next.n_nodes == shapes.back().n_nodes) break;
+    if (next.n_nodes == shapes.back().n_nodes) return shapes;
     shapes.push_back(next);
   }
+}
+
+PotentialSolver::PotentialSolver(const Comm& comm, const FieldLayout& finest, const Leaks& leaks, bool singular)
+    : all_(comm), singular_(singular) {
+  const std::vector<LevelShape> shapes = level_shapes(finest);
   for (const LevelShape& shape : shapes) {
     const FieldBoxes boxes = aligned_boxes(shapes.back(), ratios(shape, shapes.back()), shape, comm.size());
     levels_.push_back(std::make_unique<FieldLevel>(comm, shape, levels_.empty() ? finest : coarse_layout(shape), boxes));

@@ -20,6 +20,9 @@ struct PotentialReport {
   bool solved = true;
 };
 
+/// The levels of a box of nodes, finest first: axes are halved while that gives whole cells and more than a few. Not collective.
+std::vector<LevelShape> level_shapes(const FieldLayout& finest);
+
 /// Solves A phi = b on the finest of several levels, A by edges with a permeability between each node and the next (FieldLevel). The
 /// preconditioner is one V-cycle: two Chebyshev-Jacobi steps before and after, trilinear prolongation and its transpose, coarse
 /// permeabilities by harmonic means in line and averages across. No arithmetic depends on how nodes are divided: the smoother's bounds

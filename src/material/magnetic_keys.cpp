@@ -20,7 +20,8 @@ const config::Keys<MagneticProperties>& keys(config::Of<MagneticProperties>) {
   const auto yields = [](const MagneticProperties& m) { return m.yield.given(); };
   static const auto table =
       config::Keys<MagneticProperties>(
-          "How a magnetic field H acts on the material; a run needs [magnetics]. With x = susceptibility H/saturation, M is susceptibility H (linear), saturation "
+          "How a magnetic field H acts on the material; a run needs [magnetics]. With x = susceptibility H/saturation, M is "
+          "susceptibility H (linear), saturation "
           "(coth 3x - 1/(3x)) (langevin), saturation x/(1 + x) (froehlich_kennelly) or saturation (1 - exp(-x)) "
           "(exponential).")
           .key("law", [](auto& m) -> auto& { return m.magnetisation.law; },

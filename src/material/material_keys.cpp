@@ -66,8 +66,8 @@ bool starting_point(const Value& table, NamedMaterial& named, Faults& faults) {
   std::size_t index = 0;
   if (!config::read_choice(law ? *law : *preset, names, index, faults)) return false;
   if (preset) {
-    // Without a field a magnetic material is what it is without magnetism.
-    named.material = with_field_yield(presets()[index].material, {});
+    named.material = presets()[index].material;
+    named.magnetisation = presets()[index].magnetisation;
     named.caveat = caveat(presets()[index]);
     return true;
   }
@@ -83,6 +83,7 @@ bool read_magnetic(const Value& table, NamedMaterial& named, Faults& faults) {
   MagneticProperties magnetic;
   if (!keys(config::Of<MagneticProperties>{}).read(table, magnetic, faults)) return false;
   named.magnetisation = magnetic.magnetisation;
+  named.material = with_field_yield(named.material, {});  // a preset's does not count beside a table
   if (!magnetic.yield.given()) return true;
   if (!takes_field_yield(named.material)) {
     faults.add(table.find("yield")->place, fmt::format("'{}.yield' needs a fluid that yields: law = \"herschel_bulkley\" or "

@@ -45,12 +45,12 @@ const Keys<SharedInput>& shared_keys() {
                {.about = "Factor of the source's field, a formula of the time t in s."})
           .key("moves_with", &SharedInput::moves_with,
                {.about = "Name of a collider whose motion carries the source along.", .default_text = "none"})
-          .check([](const Value& table, SharedInput& input, Faults& faults) {
+          .check([](const Value& given, SharedInput& input, Faults& faults) {
             try {
               const Formula read(input.amplitude, {"t"});
             } catch (const UsageError& error) {
-              faults.add(table.find("amplitude")->place, fmt::format("'{}.amplitude' is no formula of t: \"{}\": {}",
-                                                                     table.path, input.amplitude, error.what()));
+              faults.add(given.find("amplitude")->place, fmt::format("'{}.amplitude' is no formula of t: \"{}\": {}",
+                                                                     given.path, input.amplitude, error.what()));
             }
           });
   return table;
@@ -109,12 +109,12 @@ const Keys<BoxMagnet>& keys(config::Of<BoxMagnet>) {
           .key("sizes", &BoxMagnet::sizes,
                {.about = "Lengths along `side`, across both, and along `axis`, each > 0.", .unit = "m", .required = true})
           .key("remanence", &BoxMagnet::remanence, remanence_rule)
-          .check([](const Value& table, BoxMagnet& box, Faults& faults) {
-            require_length(table, "axis", box.axis, faults);
+          .check([](const Value& given, BoxMagnet& box, Faults& faults) {
+            require_length(given, "axis", box.axis, faults);
             if (!(box.sizes.minCoeff() > 0.0))
-              faults.add(table.find("sizes")->place, fmt::format("'{}.sizes' must be greater than 0", table.path));
+              faults.add(given.find("sizes")->place, fmt::format("'{}.sizes' must be greater than 0", given.path));
             if (!box.side.isZero(0.0) && !(box.side.cross(box.axis).norm() > 1e-9 * box.side.norm() * box.axis.norm()))
-              faults.add(table.find("side")->place, fmt::format("'{}.side' must not be along 'axis'", table.path));
+              faults.add(given.find("side")->place, fmt::format("'{}.side' must not be along 'axis'", given.path));
           });
   return table;
 }
@@ -177,7 +177,7 @@ const Keys<MagneticsSettings>& keys(config::Of<MagneticsSettings>) {
                 .unit = "cells",
                 .range = config::above(0.0)})
           .key("largest_interval", &MagneticsSettings::largest_interval,
-               {.about = "Longest time between two solves, required where a source changes with time; 0: no limit.",
+               {.about = "Longest time between two solves while a source changes; required where one does. 0: no limit.",
                 .unit = "s",
                 .range = config::at_least(0.0)})
           .key("sources", &MagneticsSettings::sources, {.about = "Magnets, coils and far poles.", .required = true});
@@ -219,10 +219,12 @@ void refuse_single_magnets(const Value& list, const Scene& scene, Faults& faults
 
 void join_magnetics(const Value& root, Scene& scene, Faults& faults) {
   if (!scene.magnetics) {
-    for (const NamedMaterial& named : scene.materials)
-      if (named.magnetisation) {
-        const Value& table = *root.find("materials")->find(named.name)->find("magnetic");
-        faults.add(table.key_place, fmt::format("[{}] needs [magnetics]", table.path));
+    for (NamedMaterial& named : scene.materials)
+      if (const Value* table = root.find("materials")->find(named.name)->find("magnetic"))
+        faults.add(table->key_place, fmt::format("[{}] needs [magnetics]", table->path));
+      else if (named.magnetisation) {  // of a preset: without a field it is what it is without magnetism
+        named.magnetisation.reset();
+        named.material = with_field_yield(named.material, {});
       }
     return;
   }

@@ -121,9 +121,9 @@ void join_tables(const Value& root, Scene& scene, Faults& faults) {
   require_different_names(root, "colliders", faults);
   assign_materials(root, scene, faults);
   check_frame_count(root, scene, faults);
+  join_magnetics(root, scene, faults);  // before the fields, which need its laws
   choose_frame_fields(root, scene, faults);
   join_measurements(root, scene, faults);
-  join_magnetics(root, scene, faults);
   for (const Value& body : root.find("bodies")->items) scene.body_places.push_back(body.place.text());
   if (const Value* colliders = root.find("colliders"))
     for (const Value& collider : colliders->items) scene.collider_places.push_back(collider.place.text());

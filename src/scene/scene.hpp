@@ -70,6 +70,11 @@ void check_bodies(const Scene& scene, const BodySurvey& survey = survey_alone())
 /// rank).
 void check_colliders(const Scene& scene);
 
+/// No magnetic material in a magnet or on a wire at the start; formulas of fields are without divergence and curl in magnetic bodies,
+/// up to a hundredth of |H| over the body's size. Throws UsageError with one sentence per fault and line. Needs the bodies' meshes.
+/// Not collective (the same on every rank).
+void check_magnetics(const Scene& scene);
+
 /// The patch of each gauge must hold some of its wall. Throws UsageError with one sentence per fault and line. Needs the
 /// colliders' meshes. Not collective (the same on every rank).
 void check_gauges(const Scene& scene);

@@ -182,6 +182,13 @@ Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks) {
   // An implicit step is short once the material moves.
   if (f.choice && scene.time_stepping.integrator == IntegratorKind::imex)
     f.n_steps = std::max(f.n_steps, f.choice->imex.n_steps);
+  double speed = 0.0;
+  for (const BodyForecast& b : f.bodies) speed = std::max(speed, b.speed);
+  f.magnetic = magnetic_forecast(scene, n_ranks, speed, scene.time_stepping.end_time / f.n_steps);
+  if (f.magnetic) {
+    f.bytes_per_rank += f.magnetic->bytes_per_rank;
+    f.warnings.insert(f.warnings.end(), f.magnetic->warnings.begin(), f.magnetic->warnings.end());
+  }
   if (f.n_steps > many_steps)
     f.warnings.push_back(fmt::format(
         "the run needs about {:.2g} steps (more than {:.0g}), because the stiffest material has a wave speed of "

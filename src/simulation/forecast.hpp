@@ -9,6 +9,7 @@
 #include "bulkley/parallel/comm.hpp"
 #include "scene/scene.hpp"
 #include "simulation/integrator_choice.hpp"
+#include "simulation/magnetic_forecast.hpp"
 #include "stepping/time_step.hpp"
 
 namespace bulkley {
@@ -45,6 +46,7 @@ struct Forecast {
   TimeStepLimit limit{};                   ///< at the start
   double n_steps = 0.0;                    ///< end time over the step that the limits (or the user) allow at the start
   std::optional<IntegratorChoice> choice;  ///< none where the step is fixed
+  std::optional<MagneticForecast> magnetic;
   std::vector<std::string> warnings;
 };
 

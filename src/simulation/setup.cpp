@@ -15,8 +15,6 @@
 
 namespace bulkley {
 
-namespace {
-
 std::optional<Magnets> magnets_of(const Scene& scene) {
   if (!scene.magnetics) return std::nullopt;
   constexpr double endless = std::numeric_limits<double>::infinity();
@@ -33,8 +31,6 @@ std::optional<Magnets> magnets_of(const Scene& scene) {
   }
   return magnets;
 }
-
-}  // namespace
 
 Physics physics_of(const Scene& scene) {
   std::vector<Collider> colliders = scene.colliders;

@@ -19,6 +19,9 @@ inline constexpr const char* depends_on_ranks =
 /// The part of a scene that the solver needs.
 Physics physics_of(const Scene& scene);
 
+/// Its magnetic bodies; none without [magnetics]. Needs the bodies' meshes. Not collective.
+std::optional<Magnets> magnets_of(const Scene& scene);
+
 /// The fields that the scene's particles have in addition to those that all have. Not collective.
 OptionalFields optional_fields(const Scene& scene);
 

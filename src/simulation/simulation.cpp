@@ -62,6 +62,7 @@ std::string on_abort(const Run& run, const std::string& message) {
 
 RunOutcome run_simulation(const Comm& comm, const Scene& scene, const RunOptions& options) {
   check_grid_output(scene);
+  check_magnetics(scene);
   check_colliders(scene);
   check_gauges(scene);
   check_petsc_options(comm, scene.time_stepping.pressure);

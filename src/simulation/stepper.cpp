@@ -22,6 +22,7 @@ Stepper::Stepper(const Comm& comm, const std::string& scene_text, const std::str
   Scene& scene = parts_->scene;
   load_meshes(comm, scene, MeshesOf::everything);
   check_bodies(scene, shared_survey(comm));
+  check_magnetics(scene);
   check_colliders(scene);
   check_gauges(scene);
   check_petsc_options(comm, scene.time_stepping.pressure);

@@ -33,6 +33,17 @@ TEST(MagneticsKeys, MaterialsAndFieldsNeedEachOther) {
   EXPECT_NE(fault("[magnetics]\n" + coil).find("[magnetics] needs a material with a table 'magnetic'"), std::string::npos);
 }
 
+TEST(MagneticsKeys, PresetsBringTheirMagnetism) {
+  const std::vector<std::string> preset = {"materials.fluid.preset=mrf_132dg"};
+  const Scene scene = parsed(small_scene + "[magnetics]\n" + coil, preset);
+  ASSERT_TRUE(scene.materials[0].magnetisation);
+  EXPECT_TRUE(field_yield(scene.materials[0].material).given());
+  // A table takes the place of all of it.
+  const Scene other = parsed(small_scene + material + "[magnetics]\n" + coil, preset);
+  EXPECT_EQ(other.materials[0].magnetisation->law, Magnetisation::Law::linear);
+  EXPECT_FALSE(field_yield(other.materials[0].material).given());
+}
+
 TEST(MagneticsKeys, SourcesThatMakeNoSense) {
   const auto with = [](const std::string& sources) { return fault(material + "[magnetics]\n" + sources); };
   EXPECT_EQ(with(coil), "");
@@ -42,6 +53,44 @@ TEST(MagneticsKeys, SourcesThatMakeNoSense) {
   EXPECT_NE(with(coil + "moves_with = \"rod\"\n").find("which is no collider"), std::string::npos);
   EXPECT_NE(with(coil + "amplitude = \"t\"\n").find("needs 'largest_interval' above 0"), std::string::npos);
   EXPECT_NE(with(coil + "radios = 1\n").find("did you mean 'radius'?"), std::string::npos);
+}
+
+std::string magnetic_faults(const std::string& sources) {
+  try {
+    check_magnetics(parsed(small_scene + material + "[magnetics]\nlargest_interval = 0.1\n" + sources));
+  } catch (const UsageError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+// The ball has its middle at (0.5, 0.5, 0.25) and a radius of 0.2.
+TEST(MagneticsKeys, NoMaterialInsideAMagnet) {
+  const auto source = [](const std::string& keys) { return "[[magnetics.sources]]\n" + keys; };
+  const std::string inside = "inside body 'ball'";
+  for (const char* in :
+       {"kind = \"dipole\"\ncenter = [0.5, 0.6, 0.3]\nmoment = 1\n",
+        "kind = \"coil\"\ncenter = [0.5, 0.5, 0.25]\nradius = 0.1\ncurrent = 1\n",
+        "kind = \"coil\"\ncenter = [0.8, 0.5, 0.25]\nradius = 0.15\ncurrent = 1\n",
+        "kind = \"cylinder_magnet\"\ncenter = [0.5, 0.5, 0.47]\nradius = 0.1\nlength = 0.1\nremanence = 1\n",
+        "kind = \"box_magnet\"\ncenter = [0.5, 0.5, 0.0]\nsizes = [0.2, 0.2, 0.2]\nremanence = 1\n"})
+    EXPECT_NE(magnetic_faults(source(in)).find(inside), std::string::npos) << in << magnetic_faults(source(in));
+  for (const char* out :
+       {"kind = \"dipole\"\ncenter = [0.5, 0.8, 0.3]\nmoment = 1\n",
+        "kind = \"coil\"\ncenter = [0.5, 0.5, 0.25]\nradius = 0.3\ncurrent = 1\n",
+        "kind = \"cylinder_magnet\"\ncenter = [0.5, 0.5, 0.5]\nradius = 0.1\nlength = 0.1\nremanence = 1\n"})
+    EXPECT_EQ(magnetic_faults(source(out)), "");
+}
+
+TEST(MagneticsKeys, FormulasAreFieldsOfMagnets) {
+  const auto formula = [](const std::string& field) {
+    return magnetic_faults("[[magnetics.sources]]\nkind = \"formula\"\nfield = " + field + "\n");
+  };
+  EXPECT_EQ(formula("[\"-5e3*x\", \"-5e3*y\", \"1e5 + 1e4*z\"]"), "");
+  EXPECT_EQ(formula("[\"x*x - y*y + t\", \"-2*x*y\", \"1\"]"), "");
+  EXPECT_NE(formula("[\"0\", \"0\", \"1e5 + 1e4*z\"]").find("its divergence at"), std::string::npos);
+  EXPECT_NE(formula("[\"0\", \"1e4*x\", \"1e4\"]").find("its curl at"), std::string::npos);
+  EXPECT_NE(formula("[\"0\", \"t < 0.2 ? 0 : 1e4*x\", \"1e4\"]").find("its curl at"), std::string::npos);
 }
 
 }  // namespace
