@@ -62,7 +62,8 @@ void MagneticForce::add(const ForcedNodes& nodes, FailureCounts&) {
   }
 }
 
-void MagneticForce::solve(double time, ParticleGrid& particles) {
+// Throws RunError where there is no solution.
+MagneticReport MagneticForce::find_field(double time, ParticleGrid& particles) {
   if (!field_) {
     const Vec3 middle = 0.5 * (magnets_.lower + magnets_.upper);
     field_ = std::make_unique<MagneticParticles>(
@@ -81,6 +82,11 @@ void MagneticForce::solve(double time, ParticleGrid& particles) {
         "the magnetic field at t = {:.6g} s is not found in {} sweeps: a permeability still changes by {:.2g}, the largest "
         "is {:.3g}; choose a larger magnetics.picard_limit or magnetics.picard_tolerance",
         time, report.n_sweeps, report.change, report.largest_permeability));
+  return report;
+}
+
+void MagneticForce::solve(double time, ParticleGrid& particles) {
+  const MagneticReport report = find_field(time, particles);
   ParticleSet& set = particles.particles();
   for (int a = 0; a < 3; ++a)
     std::copy(field_->forces(a).begin(), field_->forces(a).end(), set.real(Field::magnetic_force, a));
@@ -125,6 +131,11 @@ void MagneticForce::describe(double time, const ParticleGrid& particles, const M
   ++figures_.n_solves;
   figures_.n_iterations += report.n_iterations;
   figures_.n_sweeps += report.n_sweeps;
+}
+
+std::optional<BoxFields> MagneticForce::fields(ParticleGrid& particles, double time) {
+  find_field(time, particles);
+  return field_->field().shown();
 }
 
 void MagneticForce::accept(double, double dt) { travelled_ += speed_ * dt; }

@@ -36,11 +36,13 @@ class MagneticForce : public NodeForce {
   void accept(double time, double dt) override;
   void save(Reals& reals, Integers& integers) const override;
   void load(const Reals& reals, const Integers& integers) override;
+  std::optional<BoxFields> fields(ParticleGrid& particles, double time) override;
   std::vector<double> history() const override { return figures_.values(); }
   std::size_t memory() const override;
 
  private:
   bool due(double time, double dt) const;
+  MagneticReport find_field(double time, ParticleGrid& particles);
   void solve(double time, ParticleGrid& particles);
   void describe(double time, const ParticleGrid& particles, const MagneticReport& report);
 

@@ -2,11 +2,13 @@
 // A force that acts on nodes: what an integrator adds to the internal forces and to gravity.
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "base/named_numbers.hpp"
 #include "distribution/particle_grid.hpp"
+#include "grid/box_fields.hpp"
 #include "integrator/physics.hpp"
 #include "kernel/grid_update.hpp"
 
@@ -45,6 +47,11 @@ class NodeForce {
   /// before lacks. Not collective.
   virtual void save(Reals& reals, Integers& integers) const { (void)reals, (void)integers; }
   virtual void load(const Reals& reals, const Integers& integers) { (void)reals, (void)integers; }
+  /// Its fields at `time`, s, of the particles as they are, for frames; none where it has none. Changes nothing that a step depends on.
+  /// Collective.
+  virtual std::optional<BoxFields> fields(ParticleGrid& particles, double time) {
+    return (void)particles, (void)time, std::nullopt;
+  }
   /// What it has to tell in history.csv, in the order of the columns that the run has for it. Not collective (the same on every rank).
   virtual std::vector<double> history() const { return {}; }
   /// Bytes on this rank. Not collective.

@@ -94,6 +94,12 @@ std::vector<Node> Solver::node_values(double time) {
   return values;
 }
 
+std::optional<BoxFields> Solver::force_fields(double time) {
+  for (const auto& force : parts_.forces)
+    if (auto fields = force->fields(grid_, time)) return fields;
+  return {};
+}
+
 std::vector<double> Solver::force_history() const {
   std::vector<double> values;
   for (const auto& force : parts_.forces) {

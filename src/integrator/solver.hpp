@@ -58,6 +58,8 @@ class Solver {
   /// EnergyBudget::words, set_words.
   std::vector<std::int64_t> energy_words() const { return parts_.budget.words(grid_.comm()); }
   bool set_energy_words(std::span<const std::int64_t> words) { return parts_.budget.set_words(grid_.comm(), words); }
+  /// NodeForce::fields of the first force that has any. Collective.
+  std::optional<BoxFields> force_fields(double time);
   /// NodeForce::history of all forces, one after the other. Not collective.
   std::vector<double> force_history() const;
   std::size_t n_forces() const { return parts_.forces.size(); }

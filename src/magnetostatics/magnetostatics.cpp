@@ -138,6 +138,14 @@ void Magnetostatics::for_edges(int axis, const NodeBox& box, Visit visit) const 
       for (n[2] = first[2]; n[2] < end[2]; ++n[2]) visit(n, static_cast<std::size_t>(ghosted.index(n)));
 }
 
+// H_0 along an edge at its middle; where that is on a rim, a wire or a dipole, which no material is, a little beside it.
+double Magnetostatics::applied_at(int axis, const Int3& n, double time) const {
+  Vec3 middle = potential_solver_.finest().shape().position(n);
+  middle[axis] += 0.5 * spacing_;
+  const double value = applied_.at(middle, time)[axis];
+  return std::isfinite(value) ? value : applied_.at(middle + Vec3::Constant(1e-3 * spacing_), time)[axis];
+}
+
 void Magnetostatics::spread_content(double time, std::span<const std::vector<double>> content) {
   content_.assign(content.begin(), content.end());
   std::fill(total_.begin(), total_.end(), 0.0);
@@ -152,9 +160,7 @@ void Magnetostatics::spread_content(double time, std::span<const std::vector<dou
     const auto next = static_cast<std::size_t>(level.ghosted().stride(axis));
     for_edges(axis, level.ghosted(), [&](const Int3& n, std::size_t at) {
       if (!std::isnan(along[at]) || !(total_around_[at] > 0.0 || total_around_[at + next] > 0.0)) return;
-      Vec3 middle = level.shape().position(n);
-      middle[axis] += 0.5 * spacing_;
-      along[at] = applied_.at(middle, time)[axis];
+      along[at] = applied_at(axis, n, time);
     });
   }
   time_ = time;
@@ -343,6 +349,50 @@ Vec3 Magnetostatics::moment() {
   return sum;
 }
 
+BoxFields Magnetostatics::shown() const {
+  const FieldLevel& level = potential_solver_.finest();
+  const LevelShape& shape = level.shape();
+  BoxFields box{"magnetic_field", shape.origin, spacing_, shape.n_nodes, {0, 0, 0}, {0, 0, 0}, {}};
+  const std::size_t n = potential_solver_.has_nodes() ? potential_.size() : 0;
+  std::vector<std::vector<double>> field(3, std::vector<double>(n)), flux = field;
+  if (n > 0) {
+    const NodeBox &owned = level.owned(), &ghosted = level.ghosted();
+    box.first = owned.first;
+    box.count = owned.count;
+    Int3 node;
+    std::size_t own = 0;
+    for (node[0] = owned.first[0]; node[0] < owned.first[0] + owned.count[0]; ++node[0])
+      for (node[1] = owned.first[1]; node[1] < owned.first[1] + owned.count[1]; ++node[1])
+        for (node[2] = owned.first[2]; node[2] < owned.first[2] + owned.count[2]; ++node[2], ++own) {
+          const Vec3 applied = applied_.at(shape.position(node), time_);
+          for (int axis = 0; axis < 3; ++axis) {
+            const auto a = static_cast<std::size_t>(axis);
+            const auto at = static_cast<std::size_t>(ghosted.index(node)),
+                       next = static_cast<std::size_t>(ghosted.stride(axis));
+            double n_edges = 0.0;
+            for (const bool below : {true, false}) {
+              if (!shape.wraps[a] && node[a] == (below ? 0 : shape.n_nodes[a] - 1)) continue;
+              const std::size_t edge = below ? at - next : at;
+              const double strength = applied[axis] - (potential_around_[edge + next] - potential_around_[edge]) / spacing_;
+              field[a][own] += strength;
+              flux[a][own] += vacuum_permeability * potential_solver_.edges(axis)[edge] * strength;
+              n_edges += 1.0;
+            }
+            field[a][own] /= n_edges;
+            flux[a][own] /= n_edges;
+          }
+        }
+  }
+  const auto owned_part = [n](std::span<const double> values) {
+    return std::vector<double>(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(n));
+  };
+  box.fields = {{"potential", "A", "phi, of what material adds to the applied field", {owned_part(potential_)}},
+                {"field", "A/m", "H", field},
+                {"flux_density", "T", "B", flux},
+                {"content", "1", "reference volume of magnetic material over a cell's", {owned_part(total_)}}};
+  return box;
+}
+
 double Magnetostatics::source_work(double time) {
   if (!applied_.varies()) return 0.0;
   std::vector<double> addends;
@@ -355,9 +405,7 @@ double Magnetostatics::source_work(double time) {
       for_edges(axis, edges, [&](const Int3& n, std::size_t at) {
         const double magnetised = potential_solver_.edges(axis)[at] - 1.0;
         if (std::isnan(applied_along_[a][at]) || magnetised == 0.0) return;
-        Vec3 middle = level.shape().position(n);
-        middle[axis] += 0.5 * spacing_;
-        const double change = applied_.at(middle, time)[axis] - applied_along_[a][at];
+        const double change = applied_at(axis, n, time) - applied_along_[a][at];
         addends.push_back(level.shape().share_across(axis, n) * magnetised * edge_field(axis, at) * change);
       });
     }

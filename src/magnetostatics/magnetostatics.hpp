@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "grid/box_fields.hpp"
 #include "magnetics/applied_field.hpp"
 #include "magnetics/magnetics_settings.hpp"
 #include "magnetics/magnetisation.hpp"
@@ -47,6 +48,9 @@ class Magnetostatics {
   void forget();
   std::size_t memory() const;
 
+  /// For frames, group magnetic_field: `potential` phi, `field` H, `flux_density` B (means of the edges on both sides of a node) and
+  /// `content` theta. Inside a magnet, where H_0 is its B/mu_0, H is B/mu_0 too. Not collective.
+  BoxFields shown() const;
   /// W of (G8) times mu_0 dx^3: the magnetic energy is minus that, J. Collective.
   double co_energy();
   /// Sum of M over the volume, A m^2. Collective.
@@ -65,6 +69,7 @@ class Magnetostatics {
   void find_strength();
   template <class Visit>
   void for_edges(int axis, const NodeBox& box, Visit visit) const;
+  double applied_at(int axis, const Int3& n, double time) const;
   double edge_field(int axis, std::size_t at) const;
   std::array<double, 2> half_edge_shares(double here, double there) const;
 

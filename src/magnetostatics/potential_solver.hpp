@@ -45,6 +45,7 @@ class PotentialSolver {
 
   /// Relative permeability of the edge from each node to the next along an axis, by ghosted node of the finest level; to be filled at
   /// owned nodes before `prepare`. Edges that leave the box are not read.
+  std::span<const double> edges(int axis) const { return work_.front().edges[static_cast<std::size_t>(axis)]; }
   std::span<double> edges(int axis) { return work_.front().edges[static_cast<std::size_t>(axis)]; }
   /// The operators of all levels from the finest one's edges. Collective over the ranks with nodes.
   void prepare();

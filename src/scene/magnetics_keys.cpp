@@ -219,6 +219,8 @@ void refuse_single_magnets(const Value& list, const Scene& scene, Faults& faults
 
 void join_magnetics(const Value& root, Scene& scene, Faults& faults) {
   if (!scene.magnetics) {
+    if (scene.output.magnetic_field)
+      faults.add(root.find("output")->find("magnetic_field")->place, "'output.magnetic_field' needs [magnetics]");
     for (NamedMaterial& named : scene.materials)
       if (const Value* table = root.find("materials")->find(named.name)->find("magnetic"))
         faults.add(table->key_place, fmt::format("[{}] needs [magnetics]", table->path));

@@ -35,6 +35,9 @@ inline const config::Keys<OutputSettings>& keys(config::Of<OutputSettings>) {
                {.about = "Also write the grid's mass density and velocity; needs a box of tiles for each rank, as "
                          "partition.method \"ranges\" does."})
           .key("tiles", &S::tiles, {.about = "Also write the partition: rank, particles and load of each tile of the grid."})
+          .key("magnetic_field", &S::magnetic_field,
+               {.about = "Also write the magnetic field on the nodes of its box; needs [magnetics], and solves for it at "
+                         "every frame."})
           .key("front", &S::fronts,
                {.about = "Measured reaches of the material, columns of history.csv.", .default_text = "none"})
           .key("gauge", &S::gauges,

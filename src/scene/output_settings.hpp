@@ -41,6 +41,7 @@ struct OutputSettings {
   int compression = 0;  ///< deflate level of frames, 1 to 9; 0: none
   bool grid = false;    ///< also write grid mass density and velocity
   bool tiles = false;   ///< also write rank, particles and load of each tile
+  bool magnetic_field = false;  ///< also write the magnetic field on the nodes of its box
   std::vector<Front> fronts;
   std::vector<Gauge> gauges;
 };

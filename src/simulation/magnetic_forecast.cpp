@@ -99,6 +99,9 @@ std::optional<MagneticForecast> magnetic_forecast(const Scene& scene, int n_rank
   }
   for (const auto& law : magnets.magnetisations) n_magnetic += law ? 1.0 : 0.0;
   f.bytes_per_rank = sizeof(double) * (numbers_per_node + 2.0 * n_magnetic) * n_nodes / std::min<double>(n_ranks, n_boxes);
+  constexpr double shown = 8.0;  // numbers of a node in a frame: phi, H, B, theta
+  f.frame_bytes =
+      static_cast<GlobalIndex>(shown * n_nodes * (scene.output.precision == FloatPrecision::float32 ? 4.0 : 8.0));
   f.solve_cost = seconds_per_node_and_iteration * n_nodes * (1.0 + iterations_a_sweep) * (linear ? 1.0 : 2.0);
   f.steps_a_solve = std::max(1.0, settings.resolve_distance * scene.grid.cell_size / (speed * dt));
   if (f.n_levels < 3)

@@ -18,6 +18,7 @@ constexpr const char* particle_series = "frames.xdmf";
 constexpr const char* grid_series = "grid.xdmf";
 constexpr const char* tile_series = "tiles.xdmf";
 constexpr const char* collider_series = "colliders.xdmf";
+constexpr const char* magnetic_series = "magnetic_field.xdmf";
 
 std::string file_name(GlobalIndex index, const char* suffix) { return fmt::format("{}{:06}{}", prefix, index, suffix); }
 
@@ -32,6 +33,12 @@ void add_grid(FileContent& content, const GridNodes& nodes, FloatPrecision preci
   content.attributes.push_back({"/grid", "origin", origin});
   content.attributes.push_back({"/grid", "cell_size", grid.cell_size});
   for (Array& array : grid_arrays(nodes, precision)) content.arrays.push_back(std::move(array));
+}
+
+void add_box(FileContent& content, const BoxFields& box, FloatPrecision precision) {
+  content.attributes.push_back({"/" + box.name, "origin", std::vector<double>{box.origin[0], box.origin[1], box.origin[2]}});
+  content.attributes.push_back({"/" + box.name, "cell_size", box.spacing});
+  for (Array& array : box_arrays(box, precision)) content.arrays.push_back(std::move(array));
 }
 
 // A tile is drawn where its particles lie; its nodes begin half a cell (quadratic splines) or a cell (cubic) below. Along a
@@ -66,13 +73,13 @@ std::string frame_path(const std::string& folder, GlobalIndex index) { return pa
 
 void write_frame(const Comm& comm, const std::string& folder, const FrameInfo& info, const ParticleSet& particles,
                  std::span<const NamedMaterial> materials, const OutputSettings& settings, const GridNodes* nodes,
-                 const TileValues* tiles, const ColliderSurfaces* colliders) {
-  write_frame_file(comm, frame_path(folder, info.index), info, particles, materials, settings, nodes, tiles, colliders);
+                 const TileValues* tiles, const ColliderSurfaces* colliders, const BoxFields* box) {
+  write_frame_file(comm, frame_path(folder, info.index), info, particles, materials, settings, nodes, tiles, colliders, box);
 }
 
 void write_frame_file(const Comm& comm, const std::string& file, const FrameInfo& info, const ParticleSet& particles,
                       std::span<const NamedMaterial> materials, const OutputSettings& settings, const GridNodes* nodes,
-                      const TileValues* tiles, const ColliderSurfaces* colliders) {
+                      const TileValues* tiles, const ColliderSurfaces* colliders, const BoxFields* box) {
   const ParticleRange range = particle_range(comm, particles);
   double largest_volume = 0.0;
   for (LocalIndex p = 0; p < particles.size(); ++p)
@@ -89,6 +96,7 @@ void write_frame_file(const Comm& comm, const std::string& file, const FrameInfo
   content.arrays = particle_arrays(settings, range, particles, comm.rank());
   if (nodes) add_grid(content, *nodes, settings.precision);
   if (tiles) add_tiles(comm, content, *tiles);
+  if (box) add_box(content, *box, settings.precision);
   if (colliders) colliders->add_to_frame(comm, info.time, content);
 
   write_array_file(comm, file, content);
@@ -154,10 +162,12 @@ void FrameSeries::include(const std::string& file) {
   std::erase_if(particles_, is_this);  // written again: the new one counts
   std::erase_if(grids_, is_this);
   std::erase_if(tiles_, is_this);
+  std::erase_if(magnetic_fields_, is_this);
   std::erase_if(colliders_, is_this);
   if (info.n_particles > 0) particles_.push_back(xdmf_particles(reader));
   if (reader.has("/grid")) grids_.push_back(xdmf_grid(reader));
   if (reader.has("/tiles")) tiles_.push_back(xdmf_tiles(reader));
+  if (reader.has("/magnetic_field")) magnetic_fields_.push_back(xdmf_magnetic_field(reader));
   const std::string mesh = path_in(folder_, collider_file);
   if (!reader.has("/colliders") || !std::filesystem::exists(mesh)) return;
   try {
@@ -177,6 +187,7 @@ void FrameSeries::write() const {
   write_series(particle_series, particles_);
   write_series(grid_series, grids_);
   write_series(tile_series, tiles_);
+  write_series(magnetic_series, magnetic_fields_);
   write_series(collider_series, colliders_);
 }
 

@@ -1,9 +1,9 @@
 #pragma once
 // Visual output: fields of a run at one time, for ParaView.
 //
-// frame_<index>.h5 holds /particles (position and the fields selected in the scene), if requested /grid and /tiles, and
-// /colliders where there are any (collider_surfaces.hpp); the time series are frames.xdmf, grid.xdmf, tiles.xdmf and
-// colliders.xdmf. Frames are for looking at: float32 by default, and never read
+// frame_<index>.h5 holds /particles (position and the fields selected in the scene), if requested /grid, /tiles and /magnetic_field,
+// and /colliders where there are any (collider_surfaces.hpp); the time series are frames.xdmf, grid.xdmf, tiles.xdmf,
+// magnetic_field.xdmf and colliders.xdmf. Frames are for looking at: float32 by default, and never read
 // back by a run.
 
 #include <optional>
@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "bulkley/particle/particle_set.hpp"
+#include "grid/box_fields.hpp"
 #include "grid/node_pool.hpp"
 #include "grid/tile_map.hpp"
 #include "io/frames/collider_surfaces.hpp"
@@ -52,17 +53,17 @@ struct FrameInfo {
 std::string frame_path(const std::string& folder, GlobalIndex index);
 
 /// Writes one frame and its sidecar (none for a frame without particles) as array_file.hpp describes. `info.n_particles` is
-/// set from `particles`. `nodes`, `tiles`, `colliders`: null for none. Throws RunError; UsageError for an unknown field
+/// set from `particles`. `nodes`, `tiles`, `colliders`, `box`: null for none. Throws RunError; UsageError for an unknown field
 /// name. Collective.
 void write_frame(const Comm& comm, const std::string& folder, const FrameInfo& info, const ParticleSet& particles,
                  std::span<const NamedMaterial> materials, const OutputSettings& settings, const GridNodes* nodes,
-                 const TileValues* tiles, const ColliderSurfaces* colliders = nullptr);
+                 const TileValues* tiles, const ColliderSurfaces* colliders = nullptr, const BoxFields* box = nullptr);
 
 /// The same under any name ending in ".h5".
 void write_frame_file(const Comm& comm, const std::string& file, const FrameInfo& info, const ParticleSet& particles,
                       std::span<const NamedMaterial> materials, const OutputSettings& settings,
                       const GridNodes* nodes = nullptr, const TileValues* tiles = nullptr,
-                      const ColliderSurfaces* colliders = nullptr);
+                      const ColliderSurfaces* colliders = nullptr, const BoxFields* box = nullptr);
 
 /// Bytes of a frame of `n_particles` that have these optional fields, but for some kilobytes of header, colliders and what
 /// compression saves. Throws UsageError for an unknown field name. Not collective.
@@ -94,6 +95,7 @@ class FrameSeries {
   std::vector<XdmfParticles> particles_;
   std::vector<XdmfGrid> grids_;
   std::vector<XdmfGrid> tiles_;
+  std::vector<XdmfGrid> magnetic_fields_;
   std::vector<XdmfSurface> colliders_;
   std::vector<std::string> warnings_;
 };

@@ -158,6 +158,8 @@ XdmfGrid regular_mesh(const Hdf5Reader& file, const std::string& name, const cha
 
 XdmfGrid xdmf_grid(const Hdf5Reader& file) { return regular_mesh(file, "grid", "cell_size"); }
 
+XdmfGrid xdmf_magnetic_field(const Hdf5Reader& file) { return regular_mesh(file, "magnetic_field", "cell_size"); }
+
 XdmfGrid xdmf_tiles(const Hdf5Reader& file) {
   XdmfGrid tiles = regular_mesh(file, "tiles", "tile_size");
   tiles.center = XdmfCenter::cell;

@@ -62,6 +62,7 @@ XdmfParticles xdmf_particles(const Hdf5Reader& file);
 /// Describes /grid of a file, or /tiles as the cells of a mesh. Throws RunError.
 XdmfGrid xdmf_grid(const Hdf5Reader& file);
 XdmfGrid xdmf_tiles(const Hdf5Reader& file);
+XdmfGrid xdmf_magnetic_field(const Hdf5Reader& file);
 /// Describes /colliders of a frame, whose triangles lie in `mesh`. Throws RunError, also if the two do not fit together.
 XdmfSurface xdmf_colliders(const Hdf5Reader& frame, const Hdf5Reader& mesh);
 

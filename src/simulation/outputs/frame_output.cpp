@@ -46,8 +46,10 @@ void FrameOutput::write_with_grid(Run& run, const TileValues* tiles) {
 
 void FrameOutput::write_frame_of(Run& run, const GridNodes* nodes, const TileValues* tiles) {
   const FrameInfo info{run.state.next_frame, run.state.step, run.state.time, 0};
+  std::optional<BoxFields> box;
+  if (run.scene.output.magnetic_field) box = run.solver->force_fields(run.state.time);
   write_frame(run.comm, run.options.folder, info, run.solver->particles(), run.scene.materials, run.scene.output, nodes,
-              tiles, &colliders_);
+              tiles, &colliders_, box ? &*box : nullptr);
 }
 
 }  // namespace bulkley

@@ -20,7 +20,7 @@ FIELDS = ["velocity", "affine_velocity", "left_cauchy_green", "volume_ratio", "k
           "magnetic_field_strength", "material", "id", "pressure", "deviatoric_stress", "cauchy_stress", "density", "rank"]
 SCENE = ["run", str(ROOT / "drivers/scenes/all_materials.toml"), "--out", "out", "--quiet", "--max-steps", "3",
          "--set", "domain.cell_size=0.05", "--set", "output.history_interval=1", "--set", "output.frame_interval=1e-5",
-         "--set", "output.grid=true", "--set", "output.tiles=true", "--set", "output.fields=" + json.dumps(FIELDS),
+         "--set", "output.grid=true", "--set", "output.tiles=true", "--set", "output.magnetic_field=true", "--set", "output.fields=" + json.dumps(FIELDS),
          "--set", "time.integrator=imex", "--set", "time.viscosity=implicit", "--set", 'acceleration_field=["0","0","1"]',
          "--set", 'colliders=[{name="plate",velocity=[0,0,0.01],shape={type="box",lower=[0.1,0.1,0],upper=[0.3,0.3,0.1]}}]',
          "--set", 'materials.cream.magnetic={law="langevin",susceptibility=1,saturation=3e4,yield="tanh",yield_saturation=9,yield_field=1e4}',

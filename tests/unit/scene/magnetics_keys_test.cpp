@@ -30,6 +30,7 @@ TEST(MagneticsKeys, SourcesAreReadAndWrittenAgain) {
 
 TEST(MagneticsKeys, MaterialsAndFieldsNeedEachOther) {
   EXPECT_NE(fault(material).find("[materials.fluid.magnetic] needs [magnetics]"), std::string::npos);
+  EXPECT_NE(fault("[output]\nmagnetic_field = true\n").find("'output.magnetic_field' needs [magnetics]"), std::string::npos);
   EXPECT_NE(fault("[magnetics]\n" + coil).find("[magnetics] needs a material with a table 'magnetic'"), std::string::npos);
 }
 
