@@ -112,6 +112,12 @@ RULES = {
     "light.softness": (at_least(0, 45), "a number from 0 to 45"),
     "light.samples": (whole(1), "a whole number of at least 1"),
     "light.occlusion": (truth, "true or false"),
+    "field_lines.show": (truth, "true or false"),
+    "field_lines.count": (lambda v: whole(1)(v) and v <= 100, "a whole number from 1 to 100"),
+    "field_lines.plane": (either(("auto",), lambda v: numbers(2)(v) and v[0] in (0, 1, 2)),
+                          '"auto" or [axis, place], the axis 0, 1 or 2'),
+    "field_lines.color": (color, 'a colour "#rrggbb"'),
+    "field_lines.width": (above_zero, "a number above 0"),
     "crop.lower": (either(("none",), numbers(3)), '"none" or three numbers'),
     "crop.upper": (either(("none",), numbers(3)), '"none" or three numbers'),
 }

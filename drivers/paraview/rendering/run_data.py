@@ -29,6 +29,11 @@ class Series:
         if self.colliders:
             items = ElementTree.parse(self.colliders).iter("DataItem")
             self.expect_files(self.colliders, [run / item.text.split(":")[0].strip() for item in items])
+        path = run / "magnetic_field.xdmf"
+        self.magnetic_field = path if path.is_file() else None
+        if self.magnetic_field:
+            items = ElementTree.parse(path).iter("DataItem")
+            self.expect_files(path, [run / item.text.split(":")[0].strip() for item in items if item.get("Format") == "HDF"])
         try:
             self.scene = bulkley.open_run(run).scene if (run / "scene.toml").is_file() else {}
         except bulkley.DataError as error:
@@ -127,6 +132,12 @@ class Reader:
         self.collider_reader = None
         if series.colliders and look["colliders.show"]:
             self.collider_reader = simple.XDMFReader(FileNames=[str(series.colliders.resolve())])
+
+        self.magnetic_reader = None
+        if look["field_lines.show"]:
+            if not series.magnetic_field:
+                fail("field_lines.show needs frames with the magnetic field: output.magnetic_field = true in the scene")
+            self.magnetic_reader = simple.XDMFReader(FileNames=[str(series.magnetic_field.resolve())])
 
     def fetch(self, reader, number):
         from paraview import servermanager

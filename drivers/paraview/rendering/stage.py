@@ -8,6 +8,7 @@ from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray,
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkPolyDataNormals
+from vtkmodules.vtkFiltersFlowPaths import vtkStreamTracer
 from vtkmodules.vtkFiltersSources import vtkPlaneSource
 
 from rendering.faults import fail, note
@@ -250,6 +251,8 @@ class Stage:
             draw(particles, light)
         for name, mesh in colliders:
             self.draw_collider(name, *mesh, light)
+        if self.look["field_lines.show"]:
+            self.draw_field_lines(number)
         if self.look["floor.show"]:
             self.draw_floor(light)
         self.view.ViewTime = self.series.times[number]
@@ -355,6 +358,38 @@ class Stage:
         outline.AmbientColor = outline.DiffuseColor = (0.65, 0.66, 0.70)
         outline.LineWidth = 1.0
         self.shown.append(box)
+
+
+    def draw_field_lines(self, number):
+        """Lines of B through a lattice of points in a plane, as far as the box of the field reaches."""
+        lower, upper = (numpy.asarray(corner, float) for corner in self.domain)
+        plane = self.look["field_lines.plane"]
+        axis, place = (1, 0.5 * (lower[1] + upper[1])) if plane == "auto" else (int(plane[0]), plane[1])
+        count = self.look["field_lines.count"]
+        parts = (numpy.arange(count) + 0.5) / count
+        first, second = (a for a in range(3) if a != axis)
+        points = numpy.full((count * count, 3), place, numpy.float32)
+        points[:, first] = numpy.repeat(lower[first] + parts * (upper[first] - lower[first]), count)
+        points[:, second] = numpy.tile(lower[second] + parts * (upper[second] - lower[second]), count)
+        seeds, corners, tracer = vtkPolyData(), vtkPoints(), vtkStreamTracer()
+        corners.SetData(numpy_to_vtk(points, deep=True))
+        seeds.SetPoints(corners)
+        tracer.SetInputData(self.reader.fetch(self.reader.magnetic_reader, number))
+        tracer.SetSourceData(seeds)
+        tracer.SetInputArrayToProcess(0, 0, 0, 0, "flux_density")
+        tracer.SetIntegrationDirectionToBoth()
+        tracer.SetIntegratorTypeToRungeKutta4()
+        tracer.SetMaximumPropagation(2.0 * self.reach)
+        tracer.SetInitialIntegrationStep(0.5)
+        tracer.Update()
+        source = self.simple.TrivialProducer()
+        source.GetClientSideObject().SetOutput(tracer.GetOutput())
+        display = self.simple.Show(source, self.view)
+        self.simple.ColorBy(display, None)
+        display.AmbientColor = display.DiffuseColor = rgb(self.look["field_lines.color"])
+        display.Ambient, display.Diffuse, display.Specular = 1.0, 0.0, 0.0
+        display.LineWidth = self.look["field_lines.width"]
+        self.shown.append(source)
 
 
 def nice_distance(length):
