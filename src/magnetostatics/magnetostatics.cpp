@@ -10,6 +10,7 @@ namespace bulkley {
 
 namespace {
 
+constexpr double rough_accuracy = 0.1;
 constexpr int newton_steps = 6;
 constexpr int max_iterations = 100;
 
@@ -251,12 +252,14 @@ MagneticReport Magnetostatics::solve(double time, std::span<const std::vector<do
   }
   MagneticReport report;
   const int n_sweeps = linear_ ? 1 : settings_.picard_limit;
+  // While permeabilities still change, potentials need not be better than they are.
+  double accuracy = linear_ ? settings_.tolerance : std::max(settings_.tolerance, rough_accuracy);
   while (report.n_sweeps < n_sweeps) {
     if (here) {
       set_edges();
       set_right_side();
     }
-    const PotentialReport found = potential_solver_.solve(right_, settings_.tolerance, max_iterations, potential_);
+    const PotentialReport found = potential_solver_.solve(right_, accuracy, max_iterations, potential_);
     ++report.n_sweeps;
     report.n_iterations += found.n_iterations;
     report.residual = found.residual;
@@ -273,8 +276,9 @@ MagneticReport Magnetostatics::solve(double time, std::span<const std::vector<do
     }
     report.change = max_global(all_, change);
     report.largest_permeability = max_global(all_, largest);
-    report.settled = linear_ || report.change <= settings_.picard_tolerance;
+    report.settled = linear_ || (report.change <= settings_.picard_tolerance && accuracy <= settings_.tolerance);
     if (!report.solved || report.settled) break;
+    accuracy = std::max(settings_.tolerance, std::min(accuracy, rough_accuracy * report.change));
   }
   for (std::size_t i = 0; i < total_.size(); ++i) {
     const Node node = node_state(i, strength_[i]);
