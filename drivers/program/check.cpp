@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "config/duration.hpp"
-#include "integrator/petsc_solver.hpp"
 #include "program/check_meshes.hpp"
 #include "program/commands.hpp"
 #include "program/human_text.hpp"
@@ -150,7 +149,7 @@ Command add_check(CLI::App& app) {
     check_magnetics(scene);
     check_colliders(scene);
     check_gauges(scene);
-    check_petsc_options(comm, scene.time_stepping.pressure);
+    check_petsc_options(comm, scene);
     const Forecast f = forecast(comm, scene, a->n_ranks > 0 ? a->n_ranks : comm.size());
     if (comm.is_root()) print(scene, f);
     return ExitCode::finished;

@@ -19,7 +19,11 @@ class ExplicitStep : public Integrator {
   StepReport step(const StepRequest& request, TimeStepState& state) override;
   void fit() override;
   TimeStepLimit dt_limit(const StepBounds& bounds, double time, double remaining) const override;
-  bool is_exact() const override { return parts_.physics.time_stepping.pressure.solver == PressureSolver::cg; }
+  bool is_exact() const override {
+    const Physics& physics = parts_.physics;
+    return physics.time_stepping.pressure.solver == PressureSolver::cg &&
+           !(physics.magnets && physics.magnets->settings.solver == FieldSolver::petsc);
+  }
   std::span<const Node> node_velocities(double time) override;
   int n_exchanges() const override { return parts_.physics.transfer.n_exchanges(); }
   std::size_t bytes_per_iteration() const override { return pressure_ ? pressure_->bytes_per_iteration() : 0; }

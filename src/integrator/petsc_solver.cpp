@@ -1,23 +1,11 @@
 #include "integrator/petsc_solver.hpp"
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
 #include <algorithm>
 #include <cmath>
 
 namespace bulkley {
 
 namespace {
-
-// While one lives, PETSc reads these options and no others.
-class OptionsInForce {
- public:
-  explicit OptionsInForce(PetscOptions options) { BULKLEY_PETSC(PetscOptionsPush(options)); }
-  ~OptionsInForce() { BULKLEY_PETSC(PetscOptionsPop()); }
-  OptionsInForce(const OptionsInForce&) = delete;
-  OptionsInForce& operator=(const OptionsInForce&) = delete;
-};
 
 struct Test {
   const PetscGoal& goal;
@@ -57,10 +45,7 @@ void copy_out(Vec from, std::span<double> to) {
 }  // namespace
 
 PetscSolver::PetscSolver(const Comm& comm, const PressureSettings& settings)
-    : comm_(comm), max_iterations_(settings.max_iterations) {
-  BULKLEY_PETSC(PetscOptionsCreate(options_.put()));
-  BULKLEY_PETSC(PetscOptionsInsertString(options_.get(), settings.petsc_options.c_str()));
-}
+    : comm_(comm), max_iterations_(settings.max_iterations), options_(petsc_options_of(settings.petsc_options)) {}
 
 void PetscSolver::create_matrix(const SparseRows& rows) {
   const auto n = static_cast<PetscInt>(rows.first.size() - 1);
@@ -75,7 +60,7 @@ void PetscSolver::create_matrix(const SparseRows& rows) {
 }
 
 void PetscSolver::set_matrix(const SparseRows& rows) {
-  const OptionsInForce options(options_.get());
+  const OptionsInForce options(options_);
   create_matrix(rows);
   BULKLEY_PETSC(MatCreateVecs(matrix_.get(), solution_.put(), right_.put()));
   for (VecHandle* vector : {&weight_, &residual_, &scratch_}) BULKLEY_PETSC(VecDuplicate(right_.get(), vector->put()));
@@ -102,7 +87,7 @@ void PetscSolver::change_matrix(const SparseRows& rows) {
 
 PetscOutcome PetscSolver::solve(const PetscGoal& goal, std::span<const double> right, std::span<const double> weight,
                                 std::span<double> solution) {
-  const OptionsInForce options(options_.get());
+  const OptionsInForce options(options_);
   copy_in(right, right_.get());
   copy_in(weight, weight_.get());
   copy_in(solution, solution_.get());
@@ -121,16 +106,6 @@ PetscOutcome PetscSolver::solve(const PetscGoal& goal, std::span<const double> r
 }
 
 namespace {
-
-std::vector<std::string> unused_options_of(PetscOptions options) {
-  PetscInt n = 0;
-  char **names = nullptr, **values = nullptr;
-  BULKLEY_PETSC(PetscOptionsLeftGet(options, &n, &names, &values));
-  std::vector<std::string> unused;
-  for (PetscInt k = 0; k < n; ++k) unused.push_back(fmt::format("-{}", names[k]));
-  BULKLEY_PETSC(PetscOptionsLeftRestore(options, &n, &names, &values));
-  return unused;
-}
 
 // Of the Laplacian on a cube, in slices along its first axis: large enough for a hierarchy of levels.
 SparseRows trial_matrix(const Comm& comm) {
@@ -153,33 +128,20 @@ SparseRows trial_matrix(const Comm& comm) {
   return matrix;
 }
 
-// Names of options in PETSc's own database, which are not in force in this solver.
-std::vector<std::string> stray_options() {
-  std::vector<std::string> stray = unused_options_of(nullptr);
-  std::erase_if(stray, [](const std::string& name) { return !name.starts_with(petsc_pressure_prefix); });
-  return stray;
-}
-
 }  // namespace
 
 void check_petsc_options(const Comm& comm, const PressureSettings& settings) {
-  if (const std::vector<std::string> stray = stray_options(); !stray.empty())
-    throw UsageError(fmt::format("{}: options of the pressure's solver stand in the scene, as time.pressure.petsc_options",
-                                 fmt::join(stray, ", ")));
+  constexpr const char* key = "time.pressure.petsc_options";
+  refuse_stray_options(petsc_pressure_prefix, "the pressure's solver", key);
   if (settings.solver != PressureSolver::petsc) return;
-  const PetscErrorsThrow errors;
   PetscSolver solver(comm, settings);
   const SparseRows rows = trial_matrix(comm);
   const std::vector<double> ones(rows.first.size() - 1, 1.0);
   std::vector<double> solution(ones.size(), 0.0);
-  try {
+  try_petsc_options(key, solver.options(), [&] {
     solver.set_matrix(rows);
     solver.solve({1e-6, 0.0, 0}, ones, ones, solution);
-  } catch (const RunError& error) {
-    throw UsageError(fmt::format("time.pressure.petsc_options: {}", error.what()));
-  }
-  if (const std::vector<std::string> unused = unused_options_of(solver.options()); !unused.empty())
-    throw UsageError(fmt::format("time.pressure.petsc_options: PETSc's solver knows no option {}", fmt::join(unused, ", ")));
+  });
 }
 
 }  // namespace bulkley

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "bulkley/parallel/petsc.hpp"
 #include "integrator/pressure_matrix.hpp"
+#include "parallel/petsc_options.hpp"
 #include "stepping/time_step.hpp"
 
 namespace bulkley {
@@ -41,13 +41,12 @@ class PetscSolver {
                      std::span<double> solution);
 
   /// Those of the scene.
-  PetscOptions options() const { return options_.get(); }
+  const OptionsHandle& options() const { return options_; }
 
  private:
   using MatHandle = PetscHandle<Mat, MatDestroy>;
   using KspHandle = PetscHandle<KSP, KSPDestroy>;
   using VecHandle = PetscHandle<Vec, VecDestroy>;
-  using OptionsHandle = PetscHandle<PetscOptions, PetscOptionsDestroy>;
 
   void create_matrix(const SparseRows& rows);
 

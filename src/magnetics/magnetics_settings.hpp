@@ -2,6 +2,7 @@
 // What a scene says of magnetic fields, the table [magnetics].
 
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "magnetics/applied_field.hpp"
@@ -21,6 +22,11 @@ enum class Mixing {
 };
 /// The permeability between two nodes.
 enum class EdgeMean { harmonic, arithmetic };
+/// Who solves for the potential: our conjugate gradients, the same bits on any number of ranks, or PETSc.
+enum class FieldSolver { own, petsc };
+
+/// What the names of PETSc's options for that solver begin with.
+inline constexpr const char* petsc_magnetics_prefix = "-magnetics_";
 
 struct MagneticsSettings {
   double air = 1.0;            ///< on each side, in extents of the magnetic bodies, >= 0.25
@@ -33,6 +39,8 @@ struct MagneticsSettings {
   int picard_limit = 8;            ///< sweeps, >= 1
   double resolve_distance = 0.25;  ///< cells that material travels between two solves, > 0
   double largest_interval = 0.0;   ///< s, between two solves; 0: no limit
+  FieldSolver solver = FieldSolver::own;
+  std::string petsc_options;  ///< for PETSc's solver, each beginning with petsc_magnetics_prefix
   std::vector<FieldSource> sources;
 };
 

@@ -79,6 +79,7 @@ Magnetostatics::Magnetostatics(const Comm& comm, const FieldLayout& layout, cons
   if (const double N = depolarisation_; N > 0.0)
     for (const Magnetisation& material : materials_)
       overfill_ = std::min(overfill_, 1.0 / (2.0 * N * material.initial_susceptibility()));
+  if (settings.solver == FieldSolver::petsc) petsc_.emplace(potential_solver_, settings.petsc_options);
   const FieldLevel& level = potential_solver_.finest();
   const std::size_t n_owned = level.owned().size(), n_ghosted = level.ghosted().size();
   energy_slopes_.assign(materials_.size(), std::vector<double>(n_owned, 0.0));
@@ -183,6 +184,7 @@ void Magnetostatics::set_edges() {
     });
   }
   potential_solver_.prepare();
+  if (petsc_) petsc_->prepare();
 }
 
 // (G7): what flows out of a node because of the magnetised part of H_0.
@@ -204,6 +206,17 @@ void Magnetostatics::set_right_side() {
       if (++there[a] < owned.first[a] + owned.count[a]) right_[static_cast<std::size_t>(owned.index(there))] += flux;
     });
   }
+}
+
+// On ranks without nodes, the report of the root, which has some.
+PotentialReport Magnetostatics::find_potential(double accuracy) {
+  PotentialReport report;
+  if (potential_solver_.has_nodes())
+    report = petsc_ ? petsc_->solve(right_, accuracy, max_iterations, potential_)
+                    : potential_solver_.solve(right_, accuracy, max_iterations, potential_);
+  double numbers[3] = {1.0 * report.n_iterations, report.residual, report.solved ? 1.0 : 0.0};
+  BULKLEY_MPI(MPI_Bcast(numbers, 3, MPI_DOUBLE, 0, all_.get()));
+  return {static_cast<int>(numbers[0]), numbers[1], numbers[2] == 1.0};
 }
 
 double Magnetostatics::edge_field(int axis, std::size_t at) const {
@@ -259,7 +272,7 @@ MagneticReport Magnetostatics::solve(double time, std::span<const std::vector<do
       set_edges();
       set_right_side();
     }
-    const PotentialReport found = potential_solver_.solve(right_, accuracy, max_iterations, potential_);
+    const PotentialReport found = find_potential(accuracy);
     ++report.n_sweeps;
     report.n_iterations += found.n_iterations;
     report.residual = found.residual;
@@ -296,7 +309,7 @@ void Magnetostatics::forget() {
 
 std::size_t Magnetostatics::memory() const {
   const std::size_t n_owned = (5 + 2 * materials_.size()) * potential_.size(), n_ghosted = 6 * potential_around_.size();
-  return (n_owned + n_ghosted) * sizeof(double) + potential_solver_.memory();
+  return (n_owned + n_ghosted) * sizeof(double) + potential_solver_.memory() + (petsc_ ? petsc_->memory() : 0);
 }
 
 double Magnetostatics::co_energy() {

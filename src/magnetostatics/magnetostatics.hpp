@@ -3,6 +3,7 @@
 // fields").
 
 #include <limits>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -10,7 +11,7 @@
 #include "magnetics/applied_field.hpp"
 #include "magnetics/magnetics_settings.hpp"
 #include "magnetics/magnetisation.hpp"
-#include "magnetostatics/potential_solver.hpp"
+#include "magnetostatics/petsc_potential.hpp"
 
 namespace bulkley {
 
@@ -66,6 +67,7 @@ class Magnetostatics {
   void set_permeabilities();
   void set_edges();
   void set_right_side();
+  PotentialReport find_potential(double accuracy);
   void find_strength();
   template <class Visit>
   void for_edges(int axis, const NodeBox& box, Visit visit) const;
@@ -82,6 +84,7 @@ class Magnetostatics {
   double overfill_;  // q of the mixing rule
   double spacing_;
   PotentialSolver potential_solver_;
+  std::optional<PetscPotential> petsc_;  // in its place, where the settings say so
   double time_ = std::numeric_limits<double>::quiet_NaN();
   // By owned node.
   std::vector<std::vector<double>> content_;

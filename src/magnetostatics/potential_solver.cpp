@@ -115,7 +115,7 @@ std::vector<LevelShape> level_shapes(const FieldLayout& finest) {
 }
 
 PotentialSolver::PotentialSolver(const Comm& comm, const FieldLayout& finest, const Leaks& leaks, bool singular)
-    : all_(comm), singular_(singular) {
+    : singular_(singular) {
   const std::vector<LevelShape> shapes = level_shapes(finest);
   for (const LevelShape& shape : shapes) {
     const FieldBoxes boxes = aligned_boxes(shapes.back(), ratios(shape, shapes.back()), shape, comm.size());
@@ -281,18 +281,6 @@ void PotentialSolver::centre(std::span<double> values) const {
 
 PotentialReport PotentialSolver::solve(std::span<const double> right, double tolerance, int max_iterations,
                                        std::span<double> solution) {
-  PotentialReport report;
-  if (has_nodes()) report = iterate(right, tolerance, max_iterations, solution);
-  if (comm().size() < all_.size() || !has_nodes()) {
-    double numbers[3] = {1.0 * report.n_iterations, report.residual, report.solved ? 1.0 : 0.0};
-    BULKLEY_MPI(MPI_Bcast(numbers, 3, MPI_DOUBLE, 0, all_.get()));
-    report = {static_cast<int>(numbers[0]), numbers[1], numbers[2] == 1.0};
-  }
-  return report;
-}
-
-PotentialReport PotentialSolver::iterate(std::span<const double> right, double tolerance, int max_iterations,
-                                         std::span<double> solution) {
   const FieldLevel& grid = finest();
   Work& work = work_.front();
   const std::size_t n = right.size();

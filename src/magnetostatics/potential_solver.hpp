@@ -13,7 +13,7 @@ namespace bulkley {
 /// A level's axis is divided further while its number of cells is even and more than this.
 inline constexpr int fewest_coarse_cells = 4;
 
-/// How a solution went. The same on every rank.
+/// How a solution went. The same on every rank with nodes.
 struct PotentialReport {
   int n_iterations = 0;
   double residual = 0.0;  ///< largest of a node, over that of the right side
@@ -37,10 +37,13 @@ class PotentialSolver {
   /// the potential is found with the mean zero. Throws UsageError where PETSc cannot number the nodes. Collective.
   PotentialSolver(const Comm& comm, const FieldLayout& finest, const Leaks& leaks, bool singular);
 
-  /// Whether this rank has nodes; others may call `solve` and nothing else.
+  /// Whether this rank has nodes; others may not prepare and solve.
   bool has_nodes() const { return finest().grid().has_nodes(); }
+  /// From the finest, 0, to the coarsest.
+  const FieldLevel& level(int n) const { return *levels_[static_cast<std::size_t>(n)]; }
   const FieldLevel& finest() const { return *levels_.front(); }
   int n_levels() const { return static_cast<int>(levels_.size()); }
+  bool singular() const { return singular_; }
   const LevelShape& coarsest() const { return levels_.back()->shape(); }
 
   /// Relative permeability of the edge from each node to the next along an axis, by ghosted node of the finest level; to be filled at
@@ -51,7 +54,7 @@ class PotentialSolver {
   void prepare();
 
   /// `right`, `solution`: by owned node of the finest level; the solution holds the first guess. Until the largest residual is
-  /// `tolerance` times the largest of `right`. Collective over all ranks.
+  /// `tolerance` times the largest of `right`. Collective over the ranks with nodes.
   PotentialReport solve(std::span<const double> right, double tolerance, int max_iterations, std::span<double> solution);
 
   std::size_t memory() const;
@@ -71,9 +74,7 @@ class PotentialSolver {
   void restrict_residual(std::size_t level);
   void prolong(std::size_t level);
   void centre(std::span<double> values) const;
-  PotentialReport iterate(std::span<const double> right, double tolerance, int max_iterations, std::span<double> solution);
 
-  const Comm& all_;
   bool singular_;
   std::vector<std::unique_ptr<FieldLevel>> levels_;
   std::vector<Work> work_;

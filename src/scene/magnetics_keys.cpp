@@ -8,6 +8,7 @@
 
 #include "bulkley/base/error.hpp"
 #include "config/nearest.hpp"
+#include "scene/petsc_option_keys.hpp"
 #include "scene/scene.hpp"
 
 namespace bulkley {
@@ -84,6 +85,10 @@ config::Names<FarField> names(config::Of<FarField>) {
 config::Names<Mixing> names(config::Of<Mixing>) { return {{"spheres", Mixing::spheres}, {"linear", Mixing::linear}}; }
 config::Names<EdgeMean> names(config::Of<EdgeMean>) {
   return {{"harmonic", EdgeMean::harmonic}, {"arithmetic", EdgeMean::arithmetic}};
+}
+
+config::Names<FieldSolver> names(config::Of<FieldSolver>) {
+  return {{"own", FieldSolver::own}, {"petsc", FieldSolver::petsc}};
 }
 
 const Keys<UniformField>& keys(config::Of<UniformField>) {
@@ -180,7 +185,21 @@ const Keys<MagneticsSettings>& keys(config::Of<MagneticsSettings>) {
                {.about = "Longest time between two solves while a source changes; required where one does. 0: no limit.",
                 .unit = "s",
                 .range = config::at_least(0.0)})
-          .key("sources", &MagneticsSettings::sources, {.about = "Magnets, coils and far poles.", .required = true});
+          .key("solver", &MagneticsSettings::solver,
+               {.about =
+                    "Own conjugate gradients, with which results are the same bits on any number of ranks, or a solver of "
+                    "PETSc, with which they agree to the tolerance only."})
+          .key("petsc_options", &MagneticsSettings::petsc_options,
+               {.about = "Options of PETSc's solver, such as `\"-magnetics_mg_levels_pc_type sor\"`."})
+          .only_with("solver = \"petsc\"", [](const MagneticsSettings& s) { return s.solver == FieldSolver::petsc; })
+          .key("sources", &MagneticsSettings::sources, {.about = "Magnets, coils and far poles.", .required = true})
+          .check([](const Value& table, MagneticsSettings& settings, Faults& faults) {
+            if (const std::string fault =
+                    petsc_options_fault(settings.petsc_options, petsc_magnetics_prefix, "magnetics.tolerance says");
+                !fault.empty())
+              faults.add(table.find("petsc_options")->place,
+                         fmt::format("'{}': {}", table.find("petsc_options")->path, fault));
+          });
   return table;
 }
 

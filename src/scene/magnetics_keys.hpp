@@ -19,6 +19,7 @@ const config::Keys<MagneticsSettings>& keys(config::Of<MagneticsSettings>);
 config::Names<FarField> names(config::Of<FarField>);
 config::Names<Mixing> names(config::Of<Mixing>);
 config::Names<EdgeMean> names(config::Of<EdgeMean>);
+config::Names<FieldSolver> names(config::Of<FieldSolver>);
 
 /// What sources, materials, colliders and faces have to agree on; gives the sources the motions of their colliders. One fault a
 /// contradiction. Not collective.

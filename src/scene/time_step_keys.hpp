@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "bulkley/config/keys.hpp"
+#include "scene/petsc_option_keys.hpp"
 #include "stepping/time_step.hpp"
 
 namespace bulkley {
@@ -19,10 +20,6 @@ inline config::Names<IntegratorKind> names(config::Of<IntegratorKind>) {
 inline config::Names<PressureSolver> names(config::Of<PressureSolver>) {
   return {{"cg", PressureSolver::cg}, {"petsc", PressureSolver::petsc}};
 }
-
-/// What is wrong with a text of options for PETSc's solver of the pressure, as a sentence; empty when nothing is. Whether PETSc
-/// knows them it says itself. Not collective.
-std::string petsc_options_fault(const std::string& options);
 
 inline const config::Keys<PressureSettings>& keys(config::Of<PressureSettings>) {
   using S = PressureSettings;
@@ -53,7 +50,9 @@ inline const config::Keys<PressureSettings>& keys(config::Of<PressureSettings>) 
                {.about = "Options of PETSc's solver, such as `\"-bulkley_pressure_pc_type hypre\"`."})
           .only_with("solver = \"petsc\"", [](const S& s) { return s.solver == PressureSolver::petsc; })
           .check([](const config::Value& given, S& s, config::Faults& faults) {
-            if (const std::string fault = petsc_options_fault(s.petsc_options); !fault.empty())
+            if (const std::string fault = petsc_options_fault(s.petsc_options, petsc_pressure_prefix,
+                                                              "time.pressure.tolerance and .max_iterations say");
+                !fault.empty())
               faults.add(given.find("petsc_options")->place,
                          fmt::format("'{}': {}", given.find("petsc_options")->path, fault));
           });

@@ -136,7 +136,7 @@ Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks) {
           "body '{}' moves at Mach {:.2f}: impacts will compress it noticeably; a larger bulk_modulus makes it stiffer",
           b.name, b.mach));
   }
-  if (scene.time_stepping.pressure.solver == PressureSolver::petsc) f.warnings.push_back(depends_on_ranks);
+  for (const std::string& warning : rank_warnings(scene)) f.warnings.push_back(warning);
   for (const std::string& warning : film_warnings(scene, f.bodies)) f.warnings.push_back(warning);
   for (const NamedMaterial& material : scene.materials)
     if (!material.caveat.empty()) f.warnings.push_back(fmt::format("material '{}': {}", material.name, material.caveat));

@@ -66,7 +66,8 @@ void write_head(Run& run) {
                       run.scene.title.empty() ? "run" : run.scene.title, GlobalIndex{run.state.bounds.totals.n_particles},
                       n[0], n[1], n[2], run.scene.grid.cell_size, run.comm.size(), boxes_text(run.solver->partition().boxes),
                       run.options.folder));
-  if (!run.solver->integrator().is_exact()) run.warn(depends_on_ranks);
+  if (!run.solver->integrator().is_exact())
+    for (const std::string& warning : rank_warnings(run.scene)) run.warn(warning);
 }
 
 void finish(Run& run, RunState state, const std::string& reason) {

@@ -7,7 +7,9 @@
 #include <fmt/ranges.h>
 
 #include "geometry/mesh_shape.hpp"
+#include "integrator/petsc_solver.hpp"
 #include "kernel/stress_update.hpp"
+#include "magnetostatics/petsc_potential.hpp"
 #include "parallel/gather.hpp"
 #include "rebalance/partitioner.hpp"
 #include "rebalance/share.hpp"
@@ -30,6 +32,26 @@ std::optional<Magnets> magnets_of(const Scene& scene) {
     magnets.upper = magnets.upper.cwiseMax(box.upper.cwiseMin(scene.grid.upper()));
   }
   return magnets;
+}
+
+std::vector<std::string> rank_warnings(const Scene& scene) {
+  const auto warning = [](const char* key, const char* own) {
+    return fmt::format(
+        "{} = \"petsc\": results depend on the number of ranks and on the partition, at the solver's tolerance; "
+        "with \"{}\" they are the same bits on any",
+        key, own);
+  };
+  std::vector<std::string> warnings;
+  if (scene.time_stepping.pressure.solver == PressureSolver::petsc)
+    warnings.push_back(warning("time.pressure.solver", "cg"));
+  if (scene.magnetics && scene.magnetics->solver == FieldSolver::petsc)
+    warnings.push_back(warning("magnetics.solver", "own"));
+  return warnings;
+}
+
+void check_petsc_options(const Comm& comm, const Scene& scene) {
+  check_petsc_options(comm, scene.time_stepping.pressure);
+  check_petsc_options(comm, scene.magnetics.value_or(MagneticsSettings{}));
 }
 
 Physics physics_of(const Scene& scene) {

@@ -2,6 +2,7 @@
 // From a scene to particles on their ranks.
 
 #include <string>
+#include <vector>
 
 #include "balance/partition.hpp"
 #include "base/named_numbers.hpp"
@@ -10,11 +11,11 @@
 
 namespace bulkley {
 
-/// What runs warn of whose integrator is not exact (Integrator::is_exact).
-inline constexpr const char* depends_on_ranks =
-    "time.pressure.solver = \"petsc\": results depend on the number of ranks and on the partition, at the solver's "
-    "tolerance; "
-    "with \"cg\" they are the same bits on any";
+/// What runs and checks warn of where the scene's solvers make the integrator inexact (Integrator::is_exact). Not collective.
+std::vector<std::string> rank_warnings(const Scene& scene);
+
+/// Throws UsageError where options for one of PETSc's solvers are not understood, those of the scene or those after "--". Collective.
+void check_petsc_options(const Comm& comm, const Scene& scene);
 
 /// The part of a scene that the solver needs.
 Physics physics_of(const Scene& scene);

@@ -5,7 +5,6 @@
 #include <chrono>
 #include <thread>
 
-#include "integrator/petsc_solver.hpp"
 #include "io/files/text_file.hpp"
 #include "io/frames/frame.hpp"
 #include "simulation/run_folder.hpp"
@@ -65,7 +64,7 @@ RunOutcome run_simulation(const Comm& comm, const Scene& scene, const RunOptions
   check_magnetics(scene);
   check_colliders(scene);
   check_gauges(scene);
-  check_petsc_options(comm, scene.time_stepping.pressure);
+  check_petsc_options(comm, scene);
   prepare_folder(comm, options);
   std::unique_ptr<Run> run;
   try {

@@ -1,7 +1,6 @@
 #include "bulkley/simulation/stepper.hpp"
 
 #include "integrator/diagnostics.hpp"
-#include "integrator/petsc_solver.hpp"
 #include "simulation/load_meshes.hpp"
 #include "simulation/setup.hpp"
 
@@ -25,7 +24,7 @@ Stepper::Stepper(const Comm& comm, const std::string& scene_text, const std::str
   check_magnetics(scene);
   check_colliders(scene);
   check_gauges(scene);
-  check_petsc_options(comm, scene.time_stepping.pressure);
+  check_petsc_options(comm, scene);
   parts_->solver = start_solver(comm, scene);
   const std::string fault = fixed_step_fault(scene.time_stepping, scene.grid.cell_size, parts_->solver->bounds());
   if (!fault.empty() && !scene.time_stepping.allow_unstable) throw UsageError(fault);

@@ -77,6 +77,7 @@ struct MagneticFound {
   double energy = 0.0;
   Vec3 moment = Vec3::Zero(), force = Vec3::Zero();
   double volume = 0.0, mean_strength = 0.0;
+  std::vector<double> potential;                              // by node of this rank
   std::map<GlobalIndex, std::array<double, 4>> at_particles;  // force and strength, by id: of this rank
   std::array<double, 3> virial{0.0, 0.0, 0.0};                // sums of F_a (x - middle)_a
 };
@@ -95,6 +96,7 @@ inline MagneticFound find(const Comm& comm, const MagneticSetting& setting, bool
   found.report = magnets.solve(0.0, particles);
   found.energy = magnets.field().co_energy();
   found.moment = magnets.field().moment();
+  found.potential.assign(magnets.field().potential().begin(), magnets.field().potential().end());
   const ParticleSet& set = particles.particles();
   double sums[8] = {};
   for (LocalIndex p = 0; p < set.size(); ++p) {
