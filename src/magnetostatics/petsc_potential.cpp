@@ -127,12 +127,10 @@ PotentialReport PetscPotential::solve(std::span<const double> right, double tole
     std::ranges::fill(solution, 0.0);
     return {};
   }
-  if (constants_) BULKLEY_PETSC(MatNullSpaceRemove(constants_.get(), right_.get()));
   Test test{tolerance * size, residual_.get(), scratch_.get()};
   BULKLEY_PETSC(KSPSetTolerances(solver_.get(), PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, max_iterations));
   BULKLEY_PETSC(KSPSetConvergenceTest(solver_.get(), test_residual, &test, nullptr));
   BULKLEY_PETSC(KSPSolve(solver_.get(), right_.get(), solution_.get()));
-  if (constants_) BULKLEY_PETSC(MatNullSpaceRemove(constants_.get(), solution_.get()));
 
   PetscInt n_iterations = 0;
   KSPConvergedReason reason = KSP_CONVERGED_ITERATING;

@@ -30,6 +30,11 @@ def petsc(options, solver="petsc"):
     return {"end = 0.01": f'end = 0.01\nintegrator = "imex"\npressure = {{ solver = "{solver}", petsc_options = {options} }}'}
 
 
+def petsc_field(options):
+    return (f'\n[materials.fluid.magnetic]\nlaw = "linear"\nsusceptibility = 1\n[magnetics]\nsolver = "petsc"\n'
+            f'petsc_options = "{options}"\nsources = [{{ kind = "uniform", field = ["1e4", "0", "0"] }}]\n')
+
+
 def whole_run(folder, program, scene):
     """A run to step 5 that leaves a good checkpoint in out/."""
     outcome = program.run(["run", scene, "--out", "out", "--max-steps", "5"], 2, folder, 60)
@@ -262,6 +267,16 @@ particles_per_cell = 8
          arguments=["run", "{scene}", "--out", "out", "--", "-bulkley_pressure_pc_type", "hypre"]),
     Case("petsc_options_of_cg", USAGE, r"'time\.pressure\.petsc_options' is given but applies only with solver = ",
          replace=petsc('"-bulkley_pressure_pc_type hypre"', "cg")),
+    Case("petsc_option_of_field_unknown", USAGE, r"magnetics\.petsc_options: PETSc's solver knows no option -magnetics_pc_typ\b",
+         append=petsc_field("-magnetics_pc_typ hypre")),
+    Case("petsc_solver_of_field_unknown", USAGE, r"magnetics\.petsc_options: Unable to find requested PC type multigird",
+         append=petsc_field("-magnetics_mg_levels_pc_type multigird")),
+    Case("petsc_option_of_field_without_effect", USAGE, r"'-magnetics_ksp_rtol' has no effect: magnetics\.tolerance says",
+         append=petsc_field("-magnetics_ksp_rtol 1e-9")),
+    Case("petsc_option_of_field_after_dashes", USAGE, r"-magnetics_pc_type: options of the magnetic field's solver stand in the scene",
+         arguments=["run", "{scene}", "--out", "out", "--", "-magnetics_pc_type", "hypre"]),
+    Case("field_not_found_by_petsc", FAILED, r"the magnetic field at t = 0 s is not found in 100 iterations: the residual is ",
+         append=petsc_field("-magnetics_ksp_type richardson -magnetics_pc_type none")),
     Case("pressure_without_imex", USAGE, r"scene\.toml:11:1: 'time\.pressure' is given but applies only with integrator = ",
          replace={"end = 0.01": "end = 0.01\npressure = { tolerance = 1e-4 }"}),
     Case("viscous_motion_not_found", FAILED, r"the viscous motion of a step of 0\.002 s is not found in 1 iterations.*; choose a smaller "
