@@ -24,6 +24,7 @@ inline constexpr Bound two_ranks{1.85, Sense::at_least};      ///< throughput ov
 inline constexpr Bound eight_ranks{0.5, Sense::at_least};     ///< likewise, on fewer cores: less would be a collapse
 inline constexpr Bound imex_step{5.0};                        ///< a step of imex, over an explicit one
 inline constexpr Bound imex_two_ranks{1.8, Sense::at_least};  ///< throughput of imex over that of one rank
+inline constexpr Bound potential_growth{1.5};                 ///< cost of a node of a magnetic field, in eight times as many
 }  // namespace bench_bounds
 
 /// A transfer and a material, and the step's cost over that of the naive neo-Hookean kernel.

@@ -25,4 +25,7 @@ struct WorkCase {
 /// All parts of a step on one rank, per particle. Not collective.
 std::vector<WorkTerm> count_work(const WorkCase& work);
 
+/// Bytes of one iteration of PotentialSolver, per node of the finest level: docs/performance.md, "Magnetic fields".
+inline constexpr double bytes_of_potential = 918.0;
+
 }  // namespace bulkley

@@ -10,6 +10,7 @@
 #include "bench/bounds.hpp"
 #include "bench/child.hpp"
 #include "bench/count.hpp"
+#include "bench/field_solve.hpp"
 #include "bench/machine.hpp"
 #include "bench/report.hpp"
 #include "bench/row.hpp"
@@ -48,6 +49,7 @@ class Suite {
   void memory();
   void ranks();
   void imex();
+  void field();
   Json json() const;
 
  private:
@@ -284,6 +286,41 @@ void Suite::imex() {
                   throughput(bench_bounds::imex_two_ranks), IntegratorKind::imex));
 }
 
+void Suite::field() {
+  double smaller = undefined;
+  for (const int n_cells : small_ ? std::vector<int>{32, 64} : std::vector<int>{64, 128}) {
+    FieldSolve field(comm_, n_cells);
+    const auto set_up = [&](FieldSolver solver) { return Block([&field, solver] { return field.prepare(solver); }); };
+    const auto iterate = [&](FieldSolver solver) { return Block([&field, solver] { return field.solve(solver).seconds; }); };
+    const std::vector<std::vector<double>> seconds = time_in_turn(
+        n_rounds(),
+        {iterate(FieldSolver::own), iterate(FieldSolver::petsc), set_up(FieldSolver::own), set_up(FieldSolver::petsc)});
+    std::vector<double> ns;
+    for (const auto& each : seconds) ns.push_back(1e9 * mean(each) / static_cast<double>(field.n_nodes()));
+    const std::string name = fmt::format("magnetic field, {}^3 nodes", n_cells + 1);
+    add({.part = "field",
+         .name = name,
+         .value = ns[0],
+         .unit = "ns",
+         .note = fmt::format("a node and iteration, {} to 1e-8; {:.0f} B in {:.1f} ns; set-up {:.0f} ns a node",
+                             field.solve(FieldSolver::own).n_iterations, bytes_of_potential,
+                             1e9 * bytes_of_potential / machine_.traffic_bandwidth, ns[2])});
+    add({.part = "field",
+         .name = name + ", by PETSc",
+         .value = ns[1],
+         .unit = "ns",
+         .note = fmt::format("{} iterations, {:.1f} x our own; set-up {:.0f} ns a node",
+                             field.solve(FieldSolver::petsc).n_iterations, ns[1] / ns[0], ns[3])});
+    if (!std::isnan(smaller))
+      add({.part = "field",
+           .name = name + ", over an eighth",
+           .value = ns[0] / smaller,
+           .unit = "",
+           .bound = bench_bounds::potential_growth});
+    smaller = ns[0];
+  }
+}
+
 Json Suite::json() const {
   Json rows = Json::array();
   for (const Row& row : rows_) rows.push_back(describe(row));
@@ -303,7 +340,7 @@ struct Part {
 };
 constexpr Part parts[] = {{"floor", &Suite::floor},   {"cases", &Suite::all_cases}, {"sizes", &Suite::sizes},
                           {"domain", &Suite::domain}, {"memory", &Suite::memory},   {"ranks", &Suite::ranks},
-                          {"imex", &Suite::imex}};
+                          {"imex", &Suite::imex},     {"field", &Suite::field}};
 
 }  // namespace
 

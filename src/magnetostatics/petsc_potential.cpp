@@ -75,7 +75,6 @@ void PetscPotential::create() {
   BULKLEY_PETSC(KSPSetType(solver_.get(), KSPCG));
   BULKLEY_PETSC(KSPGetPC(solver_.get(), &multigrid));
   set_levels(multigrid, own_);
-  BULKLEY_PETSC(KSPSetOperators(solver_.get(), matrix_.get(), matrix_.get()));
   BULKLEY_PETSC(KSPSetFromOptions(solver_.get()));
   BULKLEY_PETSC(KSPSetInitialGuessNonzero(solver_.get(), PETSC_TRUE));
 }
@@ -108,6 +107,8 @@ void PetscPotential::prepare() {
   });
   BULKLEY_PETSC(MatAssemblyBegin(matrix_.get(), MAT_FINAL_ASSEMBLY));
   BULKLEY_PETSC(MatAssemblyEnd(matrix_.get(), MAT_FINAL_ASSEMBLY));
+  BULKLEY_PETSC(KSPSetOperators(solver_.get(), matrix_.get(), matrix_.get()));
+  BULKLEY_PETSC(KSPSetUp(solver_.get()));
 }
 
 PotentialReport PetscPotential::solve(std::span<const double> right, double tolerance, int max_iterations,
@@ -156,9 +157,10 @@ void check_petsc_options(const Comm& comm, const MagneticsSettings& settings) {
   if (settings.solver != FieldSolver::petsc) return;
   LevelShape shape;
   shape.n_nodes = {17, 17, 17};
-  shape.spacing = Vec3::Ones();
+  FieldLayout layout = coarse_layout(shape);
+  layout.geometry.cell_size = 1.0;
   const auto leaks = [](FieldLevel& level) { std::ranges::fill(level.leak, 1.0); };
-  PotentialSolver own(comm, coarse_layout(shape), leaks, false);
+  PotentialSolver own(comm, layout, leaks, false);
   collective_guard(comm, [&] {  // it communicates, but fails on all ranks with nodes alike
     if (!own.has_nodes()) return;
     for (int axis = 0; axis < 3; ++axis) std::ranges::fill(own.edges(axis), 1.0);

@@ -23,7 +23,7 @@ class PetscPotential {
   /// Not collective.
   PetscPotential(const PotentialSolver& own, const std::string& options) : own_(own), options_(petsc_options_of(options)) {}
 
-  /// Takes the operator. Collective over the ranks with nodes.
+  /// Takes the operator and sets up the levels. Collective over the ranks with nodes.
   void prepare();
   /// As PotentialSolver::solve. Collective over the ranks with nodes.
   PotentialReport solve(std::span<const double> right, double tolerance, int max_iterations, std::span<double> solution);
