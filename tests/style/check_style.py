@@ -32,6 +32,7 @@ NO_ERROR_TO_CHECK = {
     "PetscErrorCode": "a type, in the signature of a function pointer",
     "VecHandle": "a type of ours",
     "PetscErrorsThrow": "a type of ours",
+    "PetscPotential": "a type of ours",
     "PetscSolver": "a type of ours",
     "H5Eset_auto2": "sets up HDF5's own error reporting",
     "H5Ewalk2": "reads the stack of errors",
