@@ -144,11 +144,8 @@ PotentialReport PetscPotential::solve(std::span<const double> right, double tole
   return {static_cast<int>(n_iterations), test.found / size, reason > 0};
 }
 
-// Counted, by node of the finest level: the matrix of 7 entries, 27/8 of the interpolation, the coarse matrices of 27, 8 vectors.
 std::size_t PetscPotential::memory() const {
-  constexpr double entry = sizeof(PetscScalar) + sizeof(PetscInt);
-  constexpr double bytes = (7.0 + 27.0 / 8.0 + 27.0 / 7.0) * entry + 8.0 * sizeof(PetscScalar);
-  return static_cast<std::size_t>(bytes * static_cast<double>(own_.finest().owned().size()));
+  return static_cast<std::size_t>(bytes_per_node * static_cast<double>(own_.finest().owned().size()));
 }
 
 void check_petsc_options(const Comm& comm, const MagneticsSettings& settings) {

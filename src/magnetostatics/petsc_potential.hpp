@@ -29,6 +29,8 @@ class PetscPotential {
   PotentialReport solve(std::span<const double> right, double tolerance, int max_iterations, std::span<double> solution);
 
   const OptionsHandle& options() const { return options_; }
+  /// Of the finest level, as measured: its matrix, the coarse ones, what their products keep for the next matrix, vectors.
+  static constexpr double bytes_per_node = 720.0;
   std::size_t memory() const;
 
  private:

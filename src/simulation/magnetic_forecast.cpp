@@ -98,7 +98,9 @@ std::optional<MagneticForecast> magnetic_forecast(const Scene& scene, int n_rank
     if (const auto warning = spikes(scene, body, b)) f.warnings.push_back(*warning);
   }
   for (const auto& law : magnets.magnetisations) n_magnetic += law ? 1.0 : 0.0;
-  f.bytes_per_rank = sizeof(double) * (numbers_per_node + 2.0 * n_magnetic) * n_nodes / std::min<double>(n_ranks, n_boxes);
+  double bytes_per_node = sizeof(double) * (numbers_per_node + 2.0 * n_magnetic);
+  if (settings.solver == FieldSolver::petsc) bytes_per_node += PetscPotential::bytes_per_node;
+  f.bytes_per_rank = bytes_per_node * n_nodes / std::min<double>(n_ranks, n_boxes);
   constexpr double shown = 8.0;  // numbers of a node in a frame: phi, H, B, theta
   f.frame_bytes =
       static_cast<GlobalIndex>(shown * n_nodes * (scene.output.precision == FloatPrecision::float32 ? 4.0 : 8.0));
