@@ -23,7 +23,7 @@ double difference_of_solvers(const Comm& comm, Setting&& setting) {
   setting.settings.solver = FieldSolver::petsc;
   const Found petsc = find(comm, setting);
   EXPECT_TRUE(own.report.solved && petsc.report.solved) << own.report.residual << " " << petsc.report.residual;
-  EXPECT_EQ(own.report.n_sweeps, petsc.report.n_sweeps);
+  EXPECT_TRUE(own.report.settled && petsc.report.settled) << own.report.change << " " << petsc.report.change;
   EXPECT_LE(petsc.report.n_iterations, 12 * petsc.report.n_sweeps);
   std::vector<double> differences = own.potential;
   for (std::size_t i = 0; i < differences.size(); ++i) differences[i] -= petsc.potential[i];
@@ -53,8 +53,8 @@ TEST(PetscPotential, AgreesOnLinearBalls) {
 TEST(PetscPotential, AgreesOnASaturatedBall) {
   const Comm comm(PETSC_COMM_WORLD);
   Setting setting = ball_of({Magnetisation::Law::langevin, 3.0, 1e5});
-  setting.settings.picard_tolerance = 1e-6;
-  setting.settings.picard_limit = 20;
+  setting.settings.picard_tolerance = 1e-9;
+  setting.settings.picard_limit = 60;
   EXPECT_LT(difference_of_solvers(comm, std::move(setting)), agreement);
 }
 

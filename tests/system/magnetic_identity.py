@@ -50,7 +50,8 @@ class Test:
         found = {}
         for solver in ("own", "petsc"):
             out = f"{solver}_{ranks}"
-            self.run(out, ranks, STEPS, [f"magnetics.solver=\"{solver}\"", f"magnetics.tolerance={tolerance}"], "--overwrite")
+            self.run(out, ranks, STEPS, [f"magnetics.solver=\"{solver}\"", f"magnetics.tolerance={tolerance}",
+                                         f"magnetics.picard_tolerance={tolerance}"], "--overwrite")
             found[solver] = self.particles(out)
             kept = json.loads((self.work / out / "status.json").read_text(encoding="utf-8"))["warnings"]
             if any(WARNING in warning for warning in kept) != (solver == "petsc"):
