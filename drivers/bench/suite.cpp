@@ -316,7 +316,7 @@ void Suite::field() {
            .name = name + ", over an eighth",
            .value = ns[0] / smaller,
            .unit = "",
-           .bound = bench_bounds::potential_growth});
+           .bound = small_ ? Bound{} : bench_bounds::potential_growth});  // small ones are in cache or not
     smaller = ns[0];
   }
 }
