@@ -10,7 +10,6 @@ namespace bulkley {
 
 namespace {
 
-constexpr double rough_accuracy = 0.1;
 constexpr int newton_steps = 6;
 constexpr int max_iterations = 100;
 
@@ -209,11 +208,11 @@ void Magnetostatics::set_right_side() {
 }
 
 // On ranks without nodes, the report of the root, which has some.
-PotentialReport Magnetostatics::find_potential(double accuracy) {
+PotentialReport Magnetostatics::find_potential() {
   PotentialReport report;
   if (potential_solver_.has_nodes())
-    report = petsc_ ? petsc_->solve(right_, accuracy, max_iterations, potential_)
-                    : potential_solver_.solve(right_, accuracy, max_iterations, potential_);
+    report = petsc_ ? petsc_->solve(right_, settings_.tolerance, max_iterations, potential_)
+                    : potential_solver_.solve(right_, settings_.tolerance, max_iterations, potential_);
   double numbers[3] = {1.0 * report.n_iterations, report.residual, report.solved ? 1.0 : 0.0};
   BULKLEY_MPI(MPI_Bcast(numbers, 3, MPI_DOUBLE, 0, all_.get()));
   return {static_cast<int>(numbers[0]), numbers[1], numbers[2] == 1.0};
@@ -265,14 +264,12 @@ MagneticReport Magnetostatics::solve(double time, std::span<const std::vector<do
   }
   MagneticReport report;
   const int n_sweeps = linear_ ? 1 : settings_.picard_limit;
-  // While permeabilities still change, potentials need not be better than they are.
-  double accuracy = linear_ ? settings_.tolerance : std::max(settings_.tolerance, rough_accuracy);
   while (report.n_sweeps < n_sweeps) {
     if (here) {
       set_edges();
       set_right_side();
     }
-    const PotentialReport found = find_potential(accuracy);
+    const PotentialReport found = find_potential();
     ++report.n_sweeps;
     report.n_iterations += found.n_iterations;
     report.residual = found.residual;
@@ -289,9 +286,8 @@ MagneticReport Magnetostatics::solve(double time, std::span<const std::vector<do
     }
     report.change = max_global(all_, change);
     report.largest_permeability = max_global(all_, largest);
-    report.settled = linear_ || (report.change <= settings_.picard_tolerance && accuracy <= settings_.tolerance);
+    report.settled = linear_ || report.change <= settings_.picard_tolerance;
     if (!report.solved || report.settled) break;
-    accuracy = std::max(settings_.tolerance, std::min(accuracy, rough_accuracy * report.change));
   }
   for (std::size_t i = 0; i < total_.size(); ++i) {
     const Node node = node_state(i, strength_[i]);

@@ -67,7 +67,7 @@ class Magnetostatics {
   void set_permeabilities();
   void set_edges();
   void set_right_side();
-  PotentialReport find_potential(double accuracy);
+  PotentialReport find_potential();
   void find_strength();
   template <class Visit>
   void for_edges(int axis, const NodeBox& box, Visit visit) const;
