@@ -193,12 +193,12 @@ const Keys<MagneticsSettings>& keys(config::Of<MagneticsSettings>) {
                {.about = "Options of PETSc's solver, such as `\"-magnetics_mg_levels_pc_type sor\"`."})
           .only_with("solver = \"petsc\"", [](const MagneticsSettings& s) { return s.solver == FieldSolver::petsc; })
           .key("sources", &MagneticsSettings::sources, {.about = "Magnets, coils and far poles.", .required = true})
-          .check([](const Value& table, MagneticsSettings& settings, Faults& faults) {
+          .check([](const Value& given, MagneticsSettings& settings, Faults& faults) {
             if (const std::string fault =
                     petsc_options_fault(settings.petsc_options, petsc_magnetics_prefix, "magnetics.tolerance says");
                 !fault.empty())
-              faults.add(table.find("petsc_options")->place,
-                         fmt::format("'{}': {}", table.find("petsc_options")->path, fault));
+              faults.add(given.find("petsc_options")->place,
+                         fmt::format("'{}': {}", given.find("petsc_options")->path, fault));
           });
   return table;
 }
