@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""The magnetic Bernoulli equation: rho g h = mu_0 (integral of M dH + M_n^2/2) + constant on the free surface of a magnetic fluid at
-rest, in a field along its surface and in one across it."""
+"""The magnetic Bernoulli equation: rho g h = mu_0 (integral of M dH + M_n^2/2) + constant on the free surface of a magnetic fluid
+at rest, in a field along its surface and in one across it."""
 
 import math
 
@@ -31,9 +31,9 @@ def height(along, strength):
     """The amplitude a of the surface z = a cos kx of a layer from z = -DEPTH in H_0 = `strength` e + grad psi_0, e = x (`along`) or
     z, for small psi_0 with the gradient component cos kx cosh kz along e, A/m. To first order, with the field of the layer itself:
 
-    psi outside is psi_0 + P exp(-kz) above and psi_0 + Q exp(kz) below; inside, where the permeability is mu_x along x and mu_z along
-    z, it is S exp(qz) + R exp(-qz), q = k sqrt(mu_x/mu_z), each times sin kx (along) or cos kx. At both faces tangential H and
-    normal B are continuous; the surface is where Bernoulli's equation holds."""
+    psi outside is psi_0 + P exp(-kz) above and psi_0 + Q exp(kz) below; inside, where the permeability is mu_x along x and mu_z
+    along z, it is S exp(qz) + R exp(-qz), q = k sqrt(mu_x/mu_z), each times sin kx (along) or cos kx. At both faces tangential H
+    and normal B are continuous; the surface is where Bernoulli's equation holds."""
     if along:
         inside = strength
     else:  # H + M(H) = H_0
@@ -76,18 +76,19 @@ def harmonics(particles, width):
     return [2.0 / (LENGTH * width) * (volume @ numpy.cos(n * K * particles["position"][:, 0])) for n in (1, 2)]
 
 
-def profile(particles, cell, width):
-    """Middles of the columns of cells, m, and the depth of the layer there by the volume of the particles less that at rest, m."""
-    volume = particles["reference_volume"] * particles["volume_ratio"]
-    n = round(LENGTH / cell)
-    columns = numpy.bincount((particles["position"][:, 0] / cell).astype(int), volume, minlength=n)
-    return (numpy.arange(n) + 0.5) * cell, columns / (cell * width) - DEPTH
+def profile(particles, cell):
+    """Middles of the columns of cells, m, and the surface there less that at rest, m: half the distance of particles above the
+    highest of them."""
+    x, z = particles["position"][:, 0], particles["position"][:, 2]
+    top = numpy.zeros(round(LENGTH / cell))
+    numpy.maximum.at(top, (x / cell).astype(int), z)
+    return (numpy.arange(len(top)) + 0.5) * cell, top + 0.25 * cell - DEPTH
 
 
 def main():
     study = Study("magnetic_bernoulli", "Magnetic Bernoulli",
-                  "Bernoulli's equation of magnetic fluids for a layer with the curve of EMG 700, with the field of the layer and of its "
-                  "wave, all to first order in the wave; the applied field is the one that holds up a wave of 2 mm by it")
+                  "Bernoulli's equation of magnetic fluids for a layer with the curve of EMG 700, with the field of the layer "
+                  "and of its wave, all to first order in the wave; the applied field is the one that holds up a wave of 2 mm by it")
     levels = (10, 20) if study.long else (10,)
     curves = {}
     for along, strength in ((True, 2e4), (False, 1.5e-2 / MU0)):
@@ -103,11 +104,12 @@ def main():
                 "bodies.layer.shape.upper": [LENGTH, width, DEPTH],
                 "magnetics.sources": [{"kind": "formula", "field": source(along, strength, amplitude)}]}).checkpoint()
             first, second = harmonics(particles, width)
-            study.expect(f"field {name} the surface: wave of the surface, {cells} cells deep", 1e3 * first, 1e3 * HEIGHT, 0.05, "mm")
-            curves[f"{name}, {cells} cells"] = profile(particles, cell, width)
-        study.remark(f"Field {name} the surface: {strength:.4g} A/m with a wave of {amplitude:.4g} A/m; amplitude of the second harmonic "
-                     f"{1e3 * second:.2f} mm." + (f" Without the field of the layer Bernoulli's equation would give a wave of "
-                                                  f"{1e3 * applied:.2f} mm." if along else ""))
+            study.expect(f"field {name} the surface: wave of the surface, {cells} cells deep", 1e3 * first, 1e3 * HEIGHT, 0.05,
+                         "mm")
+            curves[f"{name}, {cells} cells"] = profile(particles, cell)
+        study.remark(f"Field {name} the surface: {strength:.4g} A/m with a wave of {amplitude:.4g} A/m; amplitude of the second "
+                     f"harmonic {1e3 * second:.2f} mm." + (f" Without the field of the layer Bernoulli's equation would give a "
+                                                           f"wave of {1e3 * applied:.2f} mm." if along else ""))
 
     def draw(axes):
         x = numpy.linspace(0.0, LENGTH, 200)

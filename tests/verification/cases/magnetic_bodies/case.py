@@ -19,7 +19,8 @@ LAWS = {  # (key, value)...: M2's fields outside, magnetisations inside
     "Froehlich-Kennelly": ({"law": "froehlich_kennelly", "saturation": 4.3e5, "susceptibility": 5.0}, 5e4, 85741.842),
     "exponential": ({"law": "exponential", "saturation": 417983.0, "susceptibility": 5.762}, 2e5, 308485.415085),
 }
-# Two balls: (susceptibility, distance of the centres over the radius): force along and across the field in mu_0 H^2 R^2, < 0: attraction.
+# Two balls: (susceptibility, distance of the centres over the radius): force along and across the field in mu_0 H^2 R^2, negative:
+# attraction.
 PAIRS = {(1.0, 2.5): (-0.13621944, 0.056335873), (1.0, 3.0): (-0.061559963, 0.028195136),
          (3.0, 2.5): (-0.6161926, 0.21178717), (3.0, 3.0): (-0.26043859, 0.10950546)}
 
@@ -123,8 +124,8 @@ def one_ball(study, bodies, levels):
             found = bodies.ball(f"gradient_{susceptibility:g}", cells, {"susceptibility": susceptibility},
                                 [{"kind": "formula", "field": field}])
             exact = MU0 * found.volume * 3.0 * susceptibility / (3.0 + susceptibility) * STRENGTH * GRADIENT
-            study.expect(f"ball of susceptibility {susceptibility:g}: force in a gradient, {cells} cells across", found.force[2], exact,
-                         gate if cells >= 16 else 0.1, "N")
+            study.expect(f"ball of susceptibility {susceptibility:g}: force in a gradient, {cells} cells across", found.force[2],
+                         exact, gate if cells >= 16 else 0.1, "N")
 
 
 def two_balls(study, bodies, levels):
@@ -136,8 +137,9 @@ def two_balls(study, bodies, levels):
         for along, exact in zip((True, False), forces):
             found = [bodies.balls(susceptibility, distance, along, cells).pull() / (MU0 * STRENGTH**2 * RADIUS**2)
                      for cells in levels]
-            name = f"two balls of susceptibility {susceptibility:g}, {distance:g} R apart, {'along' if along else 'across'} the field"
-            errors[f"{susceptibility:g}, {distance:g} R, {'along' if along else 'across'}"] = [f / exact - 1.0 for f in found]
+            direction = "along" if along else "across"
+            name = f"two balls of susceptibility {susceptibility:g}, {distance:g} R apart, {direction} the field"
+            errors[f"{susceptibility:g}, {distance:g} R, {direction}"] = [f / exact - 1.0 for f in found]
             gate = 0.04 if susceptibility == 1.0 else 0.1
             study.expect(f"{name}: force, 16 cells across", found[levels.index(16)], exact, gate, "mu_0 H^2 R^2")
             study.remark(f"{name[0].upper()}{name[1:]}: force over the exact one less 1: " + ", ".join(
@@ -151,8 +153,8 @@ def cylinder(study, bodies, levels):
     for cells in levels:
         found = bodies.cylinder(cells)
         gate = 0.04 if cells >= 16 else 0.08
-        study.expect(f"cylinder across the field: moment, {cells} cells across", found.moment[0], magnetisation * found.volume, gate,
-                     "A m^2")
+        study.expect(f"cylinder across the field: moment, {cells} cells across", found.moment[0], magnetisation * found.volume,
+                     gate, "A m^2")
         study.expect(f"cylinder across the field: force in a gradient, {cells} cells across", found.force[0],
                      MU0 * magnetisation * GRADIENT * found.volume, gate, "N")
 
@@ -191,8 +193,8 @@ def draw(curves, levels):
 
 def main():
     study = Study("magnetic_bodies", "Magnetic bodies",
-                  "Closed forms for a ball, a cylinder and a spheroid in a field; for two balls a multipole expansion. Bodies have the "
-                  "volume of their particles")
+                  "Closed forms for a ball, a cylinder and a spheroid in a field; for two balls a multipole expansion. Bodies have "
+                  "the volume of their particles")
     bodies = Bodies(study)
     levels = (8, 16, 24, 32) if study.long else (8, 16)
     one_ball(study, bodies, levels)

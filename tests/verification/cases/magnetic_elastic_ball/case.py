@@ -49,7 +49,8 @@ class Ball:
                 "bodies.ball.shape.center": (OFFSET * cell).tolist()}
         middle = OFFSET * cell
         run = study.run_on_both(f"ball_{cells}", sets) if both else study.run(f"ball_{cells}", sets, ranks=1)
-        first = study.run(f"start_{cells}", sets | {"time.mode": "fixed", "time.dt": 1e-12, "time.end": 1e-12}, ranks=1).checkpoint()
+        one_step = {"time.mode": "fixed", "time.dt": 1e-12, "time.end": 1e-12}
+        first = study.run(f"start_{cells}", sets | one_step, ranks=1).checkpoint()
         last = run.checkpoint()
         x, u = first["position"] - middle, last["position"] - first["position"]
         alpha, a, b = exact_modes()
@@ -73,14 +74,14 @@ class Ball:
 
 def main():
     study = Study("magnetic_elastic_ball", "Elastic ball in a magnetic field",
-                  "The exact displacements of a linear elastic ball under the traction of a uniform field, bulk over shear modulus 20, "
-                  "traction over shear modulus 0.02; without their radial part, because the mixing rule adds a pressure")
+                  "The exact displacements of a linear elastic ball under the traction of a uniform field, bulk over shear modulus "
+                  "20, traction over shear modulus 0.02; without their radial part, because the mixing rule adds a pressure")
     levels = (8, 12, 16, 24) if study.long else (8, 16)
     balls = {n: Ball(study, n, n == levels[0]) for n in levels}
     for n, ball in balls.items():
-        study.remark(f"{n} cells across: amplitude {ball.share:.4f} of the exact one, what remains {100 * ball.stray:.1f} % of it; "
-                     f"aspect ratio less 1: {ball.elongation:.5f}; elastic energy changed by {ball.change:.1e} in the last tenth of "
-                     f"{ball.steps} steps.")
+        study.remark(f"{n} cells across: amplitude {ball.share:.4f} of the exact one, what remains {100 * ball.stray:.1f} % of "
+                     f"it; aspect ratio less 1: {ball.elongation:.5f}; elastic energy changed by {ball.change:.1e} in the last "
+                     f"tenth of {ball.steps} steps.")
 
     study.expect("amplitude of the displacements, 8 cells across", balls[8].share, 1.0, 0.35, "of the exact one",
                  note="a prototype of the method had 0.706, and 0.801 with 12 cells")
@@ -89,7 +90,8 @@ def main():
                              note="the layer of cells in which the surface is smeared out")
     study.expect("amplitude extrapolated from 8 and 16 cells", 2.0 * balls[16].share - balls[8].share, 1.0, 0.03,
                  "of the exact one", note="to first order")
-    study.expect_at_most("displacements of another form, 16 cells across", balls[16].stray, 0.05, note="over those of the exact form")
+    study.expect_at_most("displacements of another form, 16 cells across", balls[16].stray, 0.05,
+                         note="over those of the exact form")
 
     alpha, a, b = exact_modes()
     elongation = 1.5 * (2.0 * a + (2.0 + alpha) * b)

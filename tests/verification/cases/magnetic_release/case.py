@@ -61,8 +61,8 @@ def main():
     flights = [fly(f"step_{dt:g}", dt=dt, distance=1e-9) for dt in steps]
     study.expect_convergence("work of the magnetic forces, field solved for in every step", [END / dt for dt in steps],
                              [abs(f.field_work - 1.0) for f in flights], 5e-4, 0.9,
-                             note="over the number of steps; likewise. No error of the cells is in it: forces are the derivative of "
-                                  "the magnetic energy of the grid")
+                             note="over the number of steps; likewise. No error of the cells is in it: forces are the derivative "
+                                  "of the magnetic energy of the grid")
     study.remark("Drift of kinetic, elastic and magnetic energy with the field solved for in every step: " + ", ".join(
         f"{100 * f.drift[-1]:.2f} % with {END / dt:.0f} steps" for dt, f in zip(steps, flights)) +
         ", nearly all of it what the transfer damps of the ball's oscillations.")
