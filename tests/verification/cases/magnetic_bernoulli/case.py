@@ -2,6 +2,7 @@
 """The magnetic Bernoulli equation: rho g h = mu_0 (integral of M dH + M_n^2/2) + constant on the free surface of a magnetic fluid
 at rest, in a field along its surface and in one across it."""
 
+import functools
 import math
 
 import numpy
@@ -98,7 +99,7 @@ def main():
         for cells in levels:
             cell = DEPTH / cells
             width = 4.0 * cell
-            run = study.run_on_both if along and cells == 10 else study.run
+            run = study.run_on_both if along and cells == 10 else functools.partial(study.run, ranks=1)
             particles = run(f"{name}_{cells}", {
                 "domain.cell_size": cell, "domain.upper": [LENGTH, width, DEPTH + 4.0 * cell],
                 "bodies.layer.shape.upper": [LENGTH, width, DEPTH],
