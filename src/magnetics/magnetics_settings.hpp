@@ -19,6 +19,7 @@ enum class FarField {
 enum class Mixing {
   spheres,  ///< a dilution of spheres (Maxwell Garnett)
   linear,
+  layers,  ///< a layer along the surface, by a tensor; spheres where there is no surface
 };
 /// The permeability between two nodes.
 enum class EdgeMean { harmonic, arithmetic };

@@ -106,6 +106,17 @@ void FieldLevel::multiply(std::span<const double> x, std::span<double> y) const 
   });
 }
 
+void FieldLevel::multiply_crossed(std::span<const double> x, std::span<double> y) const {
+  multiply(x, y);
+  if (cross[0].empty()) return;
+  add_crossed(
+      [&](int b, std::ptrdiff_t place) {
+        const std::ptrdiff_t next = ghosted_.stride(b);
+        return 0.5 * (x[static_cast<std::size_t>(place + next)] - x[static_cast<std::size_t>(place - next)]);
+      },
+      y);
+}
+
 FieldBoxes aligned_boxes(const LevelShape& coarsest, const std::array<int, 3>& factors, const LevelShape& fine,
                          int n_ranks) {
   LevelShape cells = coarsest;

@@ -59,7 +59,8 @@ struct LevelShape {
 };
 
 /// Owned arrays hold the nodes of `owned()`; ghosted ones, of `ghosted()`, have one more layer on all sides, which is zero beyond
-/// the box. The operator is (A x)_i = leak_i x_i + sum over the six neighbours j of conductance_ij (x_i - x_j).
+/// the box. The operator is (A x)_i = leak_i x_i + sum over the six neighbours j of conductance_ij (x_i - x_j), and with `cross` what couples
+/// slopes along two axes at a node: the derivative of sum_i sum_(a<b) cross_i,ab s_a s_b, s_a = (x_(i+a) - x_(i-a))/2.
 class FieldLevel {
  public:
   /// `layout`: of so many nodes (coarse_layout, or one whose geometry is the particles' grid). Ranks without a box may only ask
@@ -78,13 +79,19 @@ class FieldLevel {
 
   /// By ghosted node: of the edge to the next node along the axis, zero where there is none.
   std::array<std::vector<double>, 3> conductance;
+  /// By ghosted node: of the axes y and z, z and x, x and y; empty where nothing couples.
+  std::array<std::vector<double>, 3> cross;
   std::vector<double> leak;              ///< by owned node
   std::vector<double> inverse_diagonal;  ///< by owned node
 
   /// Once conductances and leaks are there. Not collective.
   void set_diagonal();
-  /// y = A x: `x` ghosted, `y` owned. Not collective.
+  /// y = A x, without `cross` and with it: `x` ghosted, `y` owned. Not collective.
   void multiply(std::span<const double> x, std::span<double> y) const;
+  void multiply_crossed(std::span<const double> x, std::span<double> y) const;
+  /// out_j += sum_a (v_a at j - a less that at j + a)/2 with v_a = sum_b cross_ab slope(b, place), the place being of a ghosted node.
+  template <class Slope>
+  void add_crossed(Slope slope, std::span<double> out) const;
 
  private:
   LevelShape shape_;
@@ -93,6 +100,25 @@ class FieldLevel {
   VecHandle global_, local_;
   std::vector<double> scratch_;
 };
+
+template <class Slope>
+void FieldLevel::add_crossed(Slope slope, std::span<double> out) const {
+  for_rows(owned_, [&](int i, int j) {
+    for (int k = owned_.first[2]; k < owned_.first[2] + owned_.count[2]; ++k) {
+      const std::ptrdiff_t at = ghosted_.index(i, j, k);
+      double sum = 0.0;
+      for (int a = 0; a < 3; ++a)
+        for (const int side : {-1, 1}) {
+          const std::ptrdiff_t place = at + side * ghosted_.stride(a);
+          for (const int b : {(a + 1) % 3, (a + 2) % 3}) {
+            const double coupling = cross[static_cast<std::size_t>(3 - a - b)][static_cast<std::size_t>(place)];
+            if (coupling != 0.0) sum -= side * 0.5 * coupling * slope(b, place);
+          }
+        }
+      out[static_cast<std::size_t>(owned_.index(i, j, k))] += sum;
+    }
+  });
+}
 
 /// The nodes of a layout.
 LevelShape shape_of(const FieldLayout& layout);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 #include <utility>
 
 #include "parallel/reproducible_sum.hpp"
@@ -66,11 +67,14 @@ Magnetostatics::Magnetostatics(const Comm& comm, const FieldLayout& layout, cons
                                const Vec3& origin, std::vector<Magnetisation> materials, const AppliedField& applied)
     : all_(comm),
       settings_(settings),
-      depolarisation_(settings.mixing == Mixing::spheres ? 1.0 / 3.0 : 0.0),
+      depolarisation_(settings.mixing == Mixing::spheres  ? 1.0 / 3.0
+                      : settings.mixing == Mixing::layers ? 1.0
+                                                          : 0.0),
       materials_(std::move(materials)),
       applied_(applied),
       linear_(std::all_of(materials_.begin(), materials_.end(),
                           [](const Magnetisation& m) { return m.law == Magnetisation::Law::linear; })),
+      layers_(settings.mixing == Mixing::layers),
       overfill_(0.2),
       spacing_(layout.geometry.cell_size),
       potential_solver_(comm, layout, leaks_of(settings.boundary, origin, layout.geometry.cell_size),
@@ -83,8 +87,21 @@ Magnetostatics::Magnetostatics(const Comm& comm, const FieldLayout& layout, cons
   const std::size_t n_owned = level.owned().size(), n_ghosted = level.ghosted().size();
   energy_slopes_.assign(materials_.size(), std::vector<double>(n_owned, 0.0));
   for (auto* values : {&total_, &permeability_, &strength_, &potential_, &right_}) values->assign(n_owned, 0.0);
-  for (auto* values : {&total_around_, &permeability_around_, &potential_around_}) values->assign(n_ghosted, 0.0);
+  for (auto* values : {&total_around_, &potential_around_}) values->assign(n_ghosted, 0.0);
+  for (std::size_t a = 0; a < (layers_ ? 3u : 1u); ++a) permeability_around_[a].assign(n_ghosted, 0.0);
+  if (layers_) {
+    for (auto& values : gradient_) values.assign(n_owned, 0.0);
+    for (auto& values : squares_) values.assign(n_owned, 0.0);
+    for (auto& values : potential_solver_.cross()) values.assign(n_ghosted, 0.0);
+  }
   for (auto& values : applied_along_) values.assign(n_ghosted, std::numeric_limits<double>::quiet_NaN());
+}
+
+// c(theta) and its derivative.
+std::pair<double, double> Magnetostatics::dilution(double total) const {
+  if (total <= 1.0) return {1.0 - total, -1.0};
+  const double beyond = std::exp(-(total - 1.0) / overfill_);
+  return {-overfill_ * (1.0 - beyond), -beyond};
 }
 
 // (G6): h + N c mean(h) = |H|, by Newton's method from the linear material's h.
@@ -92,9 +109,7 @@ Magnetostatics::Node Magnetostatics::node_state(std::size_t i, double strength) 
   Node node;
   const double total = total_[i];
   if (!(total > 0.0)) return node;
-  const double beyond = std::exp(-(total - 1.0) / overfill_);
-  node.dilution = total <= 1.0 ? 1.0 - total : -overfill_ * (1.0 - beyond);
-  node.dilution_slope = total <= 1.0 ? -1.0 : -beyond;
+  std::tie(node.dilution, node.dilution_slope) = dilution(total);
   const double Nc = depolarisation_ * node.dilution;
   double susceptibility = 0.0;
   for (std::size_t s = 0; s < materials_.size(); ++s)
@@ -154,6 +169,7 @@ void Magnetostatics::spread_content(double time, std::span<const std::vector<dou
     for (std::size_t i = 0; i < total_.size(); ++i) total_[i] += values[i];
   const FieldLevel& level = potential_solver_.finest();
   level.spread(total_, total_around_);
+  if (layers_) set_gradients();
   const bool stale = time != time_ && applied_.varies();
   for (int axis = 0; axis < 3; ++axis) {
     auto& along = applied_along_[static_cast<std::size_t>(axis)];
@@ -168,8 +184,9 @@ void Magnetostatics::spread_content(double time, std::span<const std::vector<dou
 }
 
 void Magnetostatics::set_permeabilities() {
+  if (layers_) return set_layers();
   for (std::size_t i = 0; i < permeability_.size(); ++i) permeability_[i] = node_state(i, strength_[i]).permeability;
-  potential_solver_.finest().spread(permeability_, permeability_around_);
+  potential_solver_.finest().spread(permeability_, permeability_around_[0]);
 }
 
 void Magnetostatics::set_edges() {
@@ -178,7 +195,7 @@ void Magnetostatics::set_edges() {
     const auto next = static_cast<std::size_t>(level.ghosted().stride(axis));
     const std::span<double> edges = potential_solver_.edges(axis);
     for_edges(axis, level.ghosted(), [&](const Int3&, std::size_t at) {
-      const double here = permeability_around_[at], there = permeability_around_[at + next];
+      const double here = around(axis)[at], there = around(axis)[at + next];
       edges[at] = settings_.edges == EdgeMean::harmonic ? 2.0 * here * there / (here + there) : 0.5 * (here + there);
     });
   }
@@ -205,6 +222,7 @@ void Magnetostatics::set_right_side() {
       if (++there[a] < owned.first[a] + owned.count[a]) right_[static_cast<std::size_t>(owned.index(there))] += flux;
     });
   }
+  if (layers_) level.add_crossed([&](int b, std::ptrdiff_t at) { return spacing_ * central_applied(b, at); }, right_);
 }
 
 // On ranks without nodes, the report of the root, which has some.
@@ -243,14 +261,17 @@ void Magnetostatics::find_strength() {
       const auto at = static_cast<std::size_t>(ghosted.index(i, j, k));
       double sum = 0.0;
       for (int axis = 0; axis < 3; ++axis) {
+        const double before = sum;
         const auto next = static_cast<std::size_t>(ghosted.stride(axis));
         for (const std::size_t lower : {at - next, at}) {
           if (std::isnan(applied_along_[static_cast<std::size_t>(axis)][lower])) continue;  // beyond the box
-          const auto shares = half_edge_shares(permeability_around_[lower], permeability_around_[lower + next]);
+          const auto shares = half_edge_shares(around(axis)[lower], around(axis)[lower + next]);
           const double field = shares[lower == at ? 0 : 1] * edge_field(axis, lower);
           sum += field * field;
         }
+        if (layers_) squares_[static_cast<std::size_t>(axis)][own] = 0.5 * (sum - before);
       }
+      if (layers_) set_crossed_squares(own, static_cast<std::ptrdiff_t>(at));
       strength_[own] = std::sqrt(0.5 * sum);
     }
   });
@@ -289,6 +310,10 @@ MagneticReport Magnetostatics::solve(double time, std::span<const std::vector<do
     report.settled = linear_ || report.change <= settings_.picard_tolerance;
     if (!report.solved || report.settled) break;
   }
+  if (layers_) {
+    if (here) set_layered_slopes();
+    return report;
+  }
   for (std::size_t i = 0; i < total_.size(); ++i) {
     const Node node = node_state(i, strength_[i]);
     const double mixing = 0.5 * depolarisation_ * (node.dilution - total_[i] * node.dilution_slope) * node.mean * node.mean;
@@ -301,6 +326,7 @@ MagneticReport Magnetostatics::solve(double time, std::span<const std::vector<do
 void Magnetostatics::forget() {
   std::fill(potential_.begin(), potential_.end(), 0.0);
   std::fill(strength_.begin(), strength_.end(), 0.0);
+  for (auto& values : squares_) std::fill(values.begin(), values.end(), 0.0);
 }
 
 std::size_t Magnetostatics::memory() const {
@@ -325,7 +351,7 @@ double Magnetostatics::co_energy() {
         double energy = 0.5 * slope * slope;
         if (!std::isnan(applied)) {
           const double field = applied - slope;
-          const auto shares = half_edge_shares(permeability_around_[at], permeability_around_[at + next]);
+          const auto shares = half_edge_shares(around(axis)[at], around(axis)[at + next]);
           energy = 0.25 * field * field * (shares[0] * shares[0] + shares[1] * shares[1]) - applied * field +
                    0.5 * applied * applied;
         }
@@ -335,9 +361,17 @@ double Magnetostatics::co_energy() {
     for (std::size_t i = 0; i < total_.size(); ++i) {
       addends.push_back(0.5 * level.leak[i] * potential_[i] * potential_[i] / (spacing_ * spacing_));
       if (!(total_[i] > 0.0)) continue;
-      const Node node = node_state(i, strength_[i]);
-      double energy = 0.5 * depolarisation_ * node.dilution * total_[i] * node.mean * node.mean;
-      for (std::size_t s = 0; s < materials_.size(); ++s) energy += content_[s][i] * materials_[s].co_energy(node.inner);
+      double inner, energy;
+      if (layers_) {
+        const LayeredNode node = layered(i);
+        inner = node.inner;
+        energy = 0.5 * dilution(total_[i]).first * total_[i] * node.depolarised;
+      } else {
+        const Node node = node_state(i, strength_[i]);
+        inner = node.inner;
+        energy = 0.5 * depolarisation_ * node.dilution * total_[i] * node.mean * node.mean;
+      }
+      for (std::size_t s = 0; s < materials_.size(); ++s) energy += content_[s][i] * materials_[s].co_energy(inner);
       addends.push_back(energy);
     }
   }
@@ -356,6 +390,10 @@ Vec3 Magnetostatics::moment() {
         if (!std::isnan(applied_along_[a][at]))
           addends.push_back((potential_solver_.edges(axis)[at] - 1.0) * edge_field(axis, at));
       });
+      if (layers_)
+        for_crossed(axis, [&](double coupling, int b, std::ptrdiff_t at, const Int3&) {
+          addends.push_back(coupling * central_field(b, at));
+        });
     }
     sum[axis] = spacing_ * spacing_ * spacing_ * reproducible_sum(all_, addends);
   }
@@ -421,6 +459,10 @@ double Magnetostatics::source_work(double time) {
         const double change = applied_at(axis, n, time) - applied_along_[a][at];
         addends.push_back(level.shape().share_across(axis, n) * magnetised * edge_field(axis, at) * change);
       });
+      if (layers_)
+        for_crossed(axis, [&](double coupling, int b, std::ptrdiff_t at, const Int3& n) {
+          addends.push_back(coupling * central_field(b, at) * (central_applied(axis, n, time) - central_applied(axis, at)));
+        });
     }
   }
   return -vacuum_permeability * spacing_ * spacing_ * spacing_ * reproducible_sum(all_, addends);

@@ -11,6 +11,7 @@
 #include "magnetics/applied_field.hpp"
 #include "magnetics/magnetics_settings.hpp"
 #include "magnetics/magnetisation.hpp"
+#include "magnetostatics/layered_node.hpp"
 #include "magnetostatics/petsc_potential.hpp"
 
 namespace bulkley {
@@ -72,6 +73,23 @@ class Magnetostatics {
   template <class Visit>
   void for_edges(int axis, const NodeBox& box, Visit visit) const;
   double applied_at(int axis, const Int3& n, double time) const;
+  std::pair<double, double> dilution(double total) const;
+  /// By ghosted node: of the edges along an axis.
+  const std::vector<double>& around(int axis) const {
+    return permeability_around_[layers_ ? static_cast<std::size_t>(axis) : 0];
+  }
+  // With layers (layered_field.cpp); `at`: a ghosted node that is not in the last layer.
+  void set_gradients();
+  void set_layers();
+  void set_crossed_squares(std::size_t own, std::ptrdiff_t at);
+  void set_layered_slopes();
+  LayeredNode layered(std::size_t i) const;
+  double central_field(int axis, std::ptrdiff_t at) const;
+  double central_applied(int axis, std::ptrdiff_t at) const;
+  double central_applied(int axis, const Int3& n, double time) const;
+  /// `visit(coupling, other axis, place, node)` of what couples `axis` to others at owned nodes.
+  template <class Visit>
+  void for_crossed(int axis, Visit visit) const;
   double edge_field(int axis, std::size_t at) const;
   std::array<double, 2> half_edge_shares(double here, double there) const;
 
@@ -80,7 +98,7 @@ class Magnetostatics {
   double depolarisation_;  // N of the mixing rule
   std::vector<Magnetisation> materials_;
   const AppliedField& applied_;
-  bool linear_;
+  bool linear_, layers_;
   double overfill_;  // q of the mixing rule
   double spacing_;
   PotentialSolver potential_solver_;
@@ -89,10 +107,30 @@ class Magnetostatics {
   // By owned node.
   std::vector<std::vector<double>> content_;
   std::vector<double> total_, permeability_, strength_, potential_, right_;
+  // With layers: gradients of the total, a cell, and H H, (A/m)^2: xx, yy, zz, yz, zx, xy.
+  std::array<std::vector<double>, 3> gradient_;
+  std::array<std::vector<double>, 6> squares_;
   std::vector<std::vector<double>> energy_slopes_;
   // By ghosted node: of the node, or of the edge to the next one.
-  std::vector<double> total_around_, permeability_around_, potential_around_;
-  std::array<std::vector<double>, 3> applied_along_;  // A/m; NaN where not needed so far
+  std::vector<double> total_around_, potential_around_;
+  std::array<std::vector<double>, 3> permeability_around_;  // of edges along each axis; the first one only without layers
+  std::array<std::vector<double>, 3> applied_along_;        // A/m; NaN where not needed so far
 };
+
+template <class Visit>
+void Magnetostatics::for_crossed(int axis, Visit visit) const {
+  const FieldLevel& level = potential_solver_.finest();
+  const NodeBox& owned = level.owned();
+  Int3 n;
+  for_rows(owned, [&](int i, int j) {
+    n[0] = i, n[1] = j;
+    for (n[2] = owned.first[2]; n[2] < owned.first[2] + owned.count[2]; ++n[2])
+      for (const int b : {(axis + 1) % 3, (axis + 2) % 3}) {
+        const std::ptrdiff_t at = level.ghosted().index(n);
+        const double coupling = level.cross[static_cast<std::size_t>(3 - axis - b)][static_cast<std::size_t>(at)];
+        if (coupling != 0.0) visit(coupling, b, at, n);
+      }
+  });
+}
 
 }  // namespace bulkley

@@ -292,7 +292,7 @@ PotentialReport PotentialSolver::solve(std::span<const double> right, double tol
   }
   std::vector<double> residual(n), direction(n), product(n);
   grid.spread(solution, work.ghosted);
-  grid.multiply(work.ghosted, residual);
+  grid.multiply_crossed(work.ghosted, residual);
   for (std::size_t i = 0; i < n; ++i) residual[i] = right[i] - residual[i];
   const auto precondition = [&] {
     std::copy(residual.begin(), residual.end(), work.right.begin());
@@ -314,7 +314,7 @@ PotentialReport PotentialSolver::solve(std::span<const double> right, double tol
     power = next;
     for (std::size_t i = 0; i < n; ++i) direction[i] = work.solution[i] + ratio * direction[i];
     grid.spread(direction, work.ghosted);
-    grid.multiply(work.ghosted, product);
+    grid.multiply_crossed(work.ghosted, product);
     const double curvature = reproducible_dot(comm(), direction, product);
     if (!(curvature > 0.0)) {
       report.solved = false;

@@ -42,6 +42,9 @@ class PotentialSolver {
   /// From the finest, 0, to the coarsest.
   const FieldLevel& level(int n) const { return *levels_[static_cast<std::size_t>(n)]; }
   const FieldLevel& finest() const { return *levels_.front(); }
+  /// By ghosted node of the finest level: what couples the axes y and z, z and x, x and y (FieldLevel). The preconditioner knows
+  /// nothing of it.
+  std::array<std::vector<double>, 3>& cross() { return levels_.front()->cross; }
   int n_levels() const { return static_cast<int>(levels_.size()); }
   bool singular() const { return singular_; }
   const LevelShape& coarsest() const { return levels_.back()->shape(); }

@@ -82,7 +82,9 @@ config::Rule length_rule(const std::string& about) {
 config::Names<FarField> names(config::Of<FarField>) {
   return {{"robin", FarField::robin}, {"zero", FarField::zero}, {"neumann", FarField::neumann}};
 }
-config::Names<Mixing> names(config::Of<Mixing>) { return {{"spheres", Mixing::spheres}, {"linear", Mixing::linear}}; }
+config::Names<Mixing> names(config::Of<Mixing>) {
+  return {{"spheres", Mixing::spheres}, {"linear", Mixing::linear}, {"layers", Mixing::layers}};
+}
 config::Names<EdgeMean> names(config::Of<EdgeMean>) {
   return {{"harmonic", EdgeMean::harmonic}, {"arithmetic", EdgeMean::arithmetic}};
 }
@@ -169,7 +171,9 @@ const Keys<MagneticsSettings>& keys(config::Of<MagneticsSettings>) {
           .key("boundary", &MagneticsSettings::boundary,
                {.about = "Far field: robin, falling as that of a dipole; zero, no potential; neumann, no flux."})
           .key("mixing", &MagneticsSettings::mixing,
-               {.about = "Permeability of nodes that are filled in part: as a dilution of spheres, or linear."})
+               {.about = "Permeability of nodes that are filled in part: as a dilution of spheres, linear, or as layers "
+                         "along the surface, "
+                         "which is the most accurate by far on tractions and torques and takes longer."})
           .key("edges", &MagneticsSettings::edges, {.about = "Permeability between two nodes: which mean of theirs."})
           .key("tolerance", &MagneticsSettings::tolerance,
                {.about = "Largest residual over the largest right side.", .range = tolerance})

@@ -131,9 +131,9 @@ TEST(MagneticBall, IsPulledLongAlongTheField) {
 // M9: forces are the derivative of the discrete energy, for both mixing rules and edges, and where particles overfill a node.
 TEST(MagneticForce, IsTheDerivativeOfTheEnergy) {
   const Comm comm(PETSC_COMM_WORLD);
-  for (const Mixing mixing : {Mixing::spheres, Mixing::linear})
+  for (const Mixing mixing : {Mixing::spheres, Mixing::linear, Mixing::layers})
     for (const EdgeMean edges : {EdgeMean::harmonic, EdgeMean::arithmetic}) {
-      Setting setting({10, 10, 10}, mixing == Mixing::spheres ? SplineOrder::quadratic : SplineOrder::cubic);
+      Setting setting({10, 10, 10}, mixing == Mixing::linear ? SplineOrder::cubic : SplineOrder::quadratic);
       setting.settings.mixing = mixing;
       setting.settings.edges = edges;
       setting.settings.tolerance = 1e-13;
