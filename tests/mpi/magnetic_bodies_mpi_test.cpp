@@ -128,6 +128,28 @@ TEST(MagneticBall, IsPulledLongAlongTheField) {
   EXPECT_LT(error[1], 0.65 * error[0]);
 }
 
+// A layer has the arithmetic mean of permeabilities along itself and the harmonic one across; without a gradient: spheres.
+TEST(LayeredNode, IsALayerAcrossTheGradient) {
+  const std::vector<Magnetisation> materials{linear(3.0)};
+  const double theta = 0.4;
+  const std::vector<std::vector<double>> content{{theta}};
+  const Mixture mixture(materials, content, 0, theta);
+  const Vec3 field(1e4, 2e4, 3e4);
+  const Mat3 squares = field * field.transpose();
+  const LayeredNode layer = layered_node(mixture, {theta, 1.0 - theta, -1.0, Vec3(1e6, 0.0, 0.0)}, squares);
+  EXPECT_NEAR(layer.permeability(0, 0), 1.0 / (theta / 4.0 + (1.0 - theta)), 1e-9);
+  EXPECT_NEAR(layer.permeability(1, 1), 1.0 + 3.0 * theta, 1e-9);
+  EXPECT_NEAR(layer.permeability(0, 1), 0.0, 1e-9);
+  const Vec3 slanted = Vec3(3e5, 4e5, 0.0);
+  const Vec3 normal = slanted.normalized();
+  const Mat3 turned = layered_node(mixture, {theta, 1.0 - theta, -1.0, slanted}, squares).permeability;
+  EXPECT_NEAR(normal.dot(turned * normal), layer.permeability(0, 0), 1e-9);
+  const LayeredNode spheres = layered_node(mixture, {theta, 1.0 - theta, -1.0, Vec3::Zero()}, squares);
+  const double one = 1.0 + theta * 3.0 / (1.0 + (1.0 - theta) * 3.0 / 3.0);
+  EXPECT_NEAR((spheres.permeability - one * Mat3::Identity()).norm(), 0.0, 1e-12);
+  EXPECT_NEAR(spheres.inner, field.norm() / (1.0 + (1.0 - theta)), 1e-9 * field.norm());
+}
+
 // M9: forces are the derivative of the discrete energy, for both mixing rules and edges, and where particles overfill a node.
 TEST(MagneticForce, IsTheDerivativeOfTheEnergy) {
   const Comm comm(PETSC_COMM_WORLD);

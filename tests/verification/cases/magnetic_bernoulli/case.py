@@ -89,7 +89,8 @@ def profile(particles, cell):
 def main():
     study = Study("magnetic_bernoulli", "Magnetic Bernoulli",
                   "Bernoulli's equation of magnetic fluids for a layer with the curve of EMG 700, with the field of the layer "
-                  "and of its wave, all to first order in the wave; the applied field is the one that holds up a wave of 2 mm by it")
+                  "and of its wave, all to first order in the wave; the applied field is the one that holds up a wave of 2 mm by "
+                  "it")
     levels = (10, 20) if study.long else (10,)
     curves = {}
     for along, strength in ((True, 2e4), (False, 1.5e-2 / MU0)):
