@@ -330,7 +330,8 @@ void Magnetostatics::forget() {
 }
 
 std::size_t Magnetostatics::memory() const {
-  const std::size_t n_owned = (5 + 2 * materials_.size()) * potential_.size(), n_ghosted = 6 * potential_around_.size();
+  const std::size_t n_owned = (5 + 2 * materials_.size() + (layers_ ? 9 : 0)) * potential_.size();
+  const std::size_t n_ghosted = (layers_ ? 11 : 6) * potential_around_.size();
   return (n_owned + n_ghosted) * sizeof(double) + potential_solver_.memory() + (petsc_ ? petsc_->memory() : 0);
 }
 
@@ -432,6 +433,12 @@ BoxFields Magnetostatics::shown() const {
             field[a][own] /= n_edges;
             flux[a][own] /= n_edges;
           }
+          for (int axis = 0; layers_ && axis < 3; ++axis)
+            for (const int b : {(axis + 1) % 3, (axis + 2) % 3})
+              flux[static_cast<std::size_t>(axis)][own] +=
+                  vacuum_permeability *
+                  level.cross[static_cast<std::size_t>(3 - axis - b)][static_cast<std::size_t>(ghosted.index(node))] *
+                  field[static_cast<std::size_t>(b)][own];
         }
   }
   const auto owned_part = [n](std::span<const double> values) {
