@@ -160,7 +160,7 @@ TEST(MagneticForce, IsTheDerivativeOfTheEnergy) {
       setting.settings.edges = edges;
       setting.settings.tolerance = 1e-13;
       setting.settings.picard_tolerance = 1e-14;
-      setting.settings.picard_limit = 25;
+      setting.settings.picard_limit = 60;
       setting.magnetisations = {Magnetisation{Magnetisation::Law::langevin, 3.0, 1e5}, linear(1.5)};
       setting.apply({"3e4-4e4*(x-0.2)", "2e4+1e4*(z-0.6)", "5e4+4e4*(z-0.6)+1e4*(y-0.7)"});
       setting.ball(setting.middle(), 6.0);
