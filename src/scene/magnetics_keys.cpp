@@ -203,6 +203,11 @@ const Keys<MagneticsSettings>& keys(config::Of<MagneticsSettings>) {
                 !fault.empty())
               faults.add(given.find("petsc_options")->place,
                          fmt::format("'{}': {}", given.find("petsc_options")->path, fault));
+            if (settings.solver == FieldSolver::petsc && settings.mixing == Mixing::layers)
+              faults.add(
+                  given.find("solver")->place,
+                  fmt::format("'{0}.solver' is \"petsc\", which solves for '{0}.mixing' = \"spheres\" and \"linear\" alone",
+                              given.path));
           });
   return table;
 }

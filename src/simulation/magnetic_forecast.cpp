@@ -18,6 +18,7 @@ constexpr double seconds_per_node_and_iteration = 80e-9;
 constexpr double iterations_a_sweep = 3.0;
 // Magnetostatics::memory with a layer of ghosts on boxes of some 40 nodes across, and PETSc's vectors.
 constexpr double numbers_per_node = 40.0;
+constexpr double numbers_of_layers = 18.0;  // and with `mixing = "layers"`, likewise
 constexpr int n_samples = 7;
 constexpr int n_times = 16;
 
@@ -99,6 +100,7 @@ std::optional<MagneticForecast> magnetic_forecast(const Scene& scene, int n_rank
   }
   for (const auto& law : magnets.magnetisations) n_magnetic += law ? 1.0 : 0.0;
   double bytes_per_node = sizeof(double) * (numbers_per_node + 2.0 * n_magnetic);
+  if (settings.mixing == Mixing::layers) bytes_per_node += sizeof(double) * numbers_of_layers;
   if (settings.solver == FieldSolver::petsc) bytes_per_node += PetscPotential::bytes_per_node;
   f.bytes_per_rank = bytes_per_node * n_nodes / std::min<double>(n_ranks, n_boxes);
   constexpr double shown = 8.0;  // numbers of a node in a frame: phi, H, B, theta

@@ -53,6 +53,8 @@ TEST(MagneticsKeys, SourcesThatMakeNoSense) {
   EXPECT_NE(with(coil + "axis = [0, 0, 0]\n").find("has no length"), std::string::npos);
   EXPECT_NE(with(coil + "moves_with = \"rod\"\n").find("which is no collider"), std::string::npos);
   EXPECT_NE(with(coil + "amplitude = \"t\"\n").find("needs 'largest_interval' above 0"), std::string::npos);
+  EXPECT_NE(fault(material + "[magnetics]\nmixing = \"layers\"\nsolver = \"petsc\"\n" + coil).find("which solves for"),
+            std::string::npos);
   EXPECT_NE(with(coil + "radios = 1\n").find("did you mean 'radius'?"), std::string::npos);
 }
 
