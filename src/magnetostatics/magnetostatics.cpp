@@ -338,6 +338,7 @@ std::size_t Magnetostatics::memory() const {
 double Magnetostatics::co_energy() {
   std::vector<double> addends;
   if (potential_solver_.has_nodes()) {
+    addends.reserve(5 * potential_.size());  // edges, leaks, and content where there is any
     const FieldLevel& level = potential_solver_.finest();
     const LevelShape& shape = level.shape();
     const NodeBox& owned = level.owned();

@@ -22,6 +22,7 @@ SLICE = ['magnetics.sources=[{ kind = "formula", field = ["-1e6*(x-0.04)", "0", 
 VARIANTS = (
     ("apic", [], (2, 3, 7), (3, 4)),
     ("moment_flip", ["transfer.scheme=\"moment_flip\"", "transfer.order=\"cubic\"", *SLICE], (3,), (7, 2)),
+    ("layers", ['magnetics.mixing="layers"'], (4,), (3, 2)),
     ("imex", ["time.integrator=\"imex\"", "materials.ferro.bulk_modulus=2e9"], (4,), (2, 5)),
 )
 WARNING = "magnetics.solver = \"petsc\": results depend on the number of ranks"
@@ -99,6 +100,9 @@ def main():
         expect_sound(one, name)
         for n in ranks:
             test.expect_identical(one, test.run(f"{name}_{n}", n, STEPS, overrides), f"{name} on {n} ranks")
+        if name == "apic":
+            other = test.run("apic_metis", 4, STEPS, [*overrides, 'partition.method="metis"'])
+            test.expect_identical(one, other, "apic on 4 ranks, partition by METIS")
         parted = f"{name}_{before}to{after}"
         test.run(parted, before, INTERRUPTION, overrides)
         what = f"{name} on {before} ranks, restarted on {after}"
