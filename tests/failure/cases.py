@@ -30,9 +30,13 @@ def petsc(options, solver="petsc"):
     return {"end = 0.01": f'end = 0.01\nintegrator = "imex"\npressure = {{ solver = "{solver}", petsc_options = {options} }}'}
 
 
+def field(settings, source='kind = "uniform", field = ["1e4", "0", "0"]', law='law = "linear"'):
+    return (f'\n[materials.fluid.magnetic]\n{law}\nsusceptibility = 1\n[magnetics]\n{settings}\n'
+            f'sources = [{{ {source} }}]\n')
+
+
 def petsc_field(options):
-    return (f'\n[materials.fluid.magnetic]\nlaw = "linear"\nsusceptibility = 1\n[magnetics]\nsolver = "petsc"\n'
-            f'petsc_options = "{options}"\nsources = [{{ kind = "uniform", field = ["1e4", "0", "0"] }}]\n')
+    return field(f'solver = "petsc"\npetsc_options = "{options}"')
 
 
 def whole_run(folder, program, scene):
@@ -275,6 +279,14 @@ particles_per_cell = 8
          append=petsc_field("-magnetics_ksp_rtol 1e-9")),
     Case("petsc_option_of_field_after_dashes", USAGE, r"-magnetics_pc_type: options of the magnetic field's solver stand in the scene",
          arguments=["run", "{scene}", "--out", "out", "--", "-magnetics_pc_type", "hypre"]),
+    Case("field_not_found", FAILED, r"the magnetic field at t = 0 s is not found in 100 iterations: the residual is .*; choose a larger "
+         r"magnetics\.tolerance", append=field("tolerance = 1e-300")),
+    Case("permeability_not_settled", FAILED, r"the magnetic field at t = 0 s is not found in 1 sweeps: a permeability still changes by .*; "
+         r"choose a larger magnetics\.picard_limit", append=field("picard_limit = 1", law='law = "langevin"\nsaturation = 1e4')),
+    Case("magnet_in_material", USAGE, r"the source is inside body 'ball' at the start",
+         append=field("air = 1", 'kind = "coil", center = [0.08, 0.08, 0.05], radius = 0.01, current = 1')),
+    Case("field_with_divergence", USAGE, r"the formula is no field of magnets outside of the material: its divergence at .* is 1.* \|H\|/L",
+         append=field("air = 1", 'kind = "formula", field = ["1e4*x", "0", "0"]')),
     Case("field_not_found_by_petsc", FAILED, r"the magnetic field at t = 0 s is not found in 100 iterations: the residual is ",
          append=petsc_field("-magnetics_ksp_type richardson -magnetics_pc_type none")),
     Case("pressure_without_imex", USAGE, r"scene\.toml:11:1: 'time\.pressure' is given but applies only with integrator = ",
