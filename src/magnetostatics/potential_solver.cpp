@@ -82,6 +82,27 @@ Stencil targets(int coarse, int ratio) {
   return stencil;
 }
 
+// A weighted sum of rows along z of a box.
+class Row {
+ public:
+  explicit Row(const NodeBox& box) : box_(box), sums_(static_cast<std::size_t>(box.count[2])) {}
+
+  void combine(const std::vector<double>& values, const Stencil& along_x, const Stencil& along_y) {
+    std::fill(sums_.begin(), sums_.end(), 0.0);
+    for (const Weighted& u : along_x)
+      for (const Weighted& v : along_y) {
+        const double weight = u.weight * v.weight;
+        const double* const from = values.data() + box_.index(u.index, v.index, box_.first[2]);
+        for (std::size_t k = 0; k < sums_.size(); ++k) sums_[k] += weight * from[k];
+      }
+  }
+  double operator[](int k) const { return sums_[static_cast<std::size_t>(k - box_.first[2])]; }
+
+ private:
+  const NodeBox& box_;
+  std::vector<double> sums_;
+};
+
 // The fine nodes across an edge whose volumes the coarse node's covers, by their shares.
 Stencil across(const LevelShape& coarse, int axis, int index, int ratio) {
   Stencil stencil;
@@ -237,18 +258,13 @@ void PotentialSolver::restrict_residual(std::size_t level) {
 
   const std::array<int, 3> ratio = ratios(fine.shape(), coarse.shape());
   const NodeBox &from = fine.ghosted(), &to = coarse.owned();
-  const double* const fines = work.ghosted.data();
+  Row row(from);
   std::vector<double>& right = work_[level + 1].right;
   for_rows(to, [&](int i, int j) {
-    for (int k = to.first[2]; k < to.first[2] + to.count[2]; ++k) {
-      double sum = 0.0;
-      for (const Weighted& u : targets(i, ratio[0]))
-        for (const Weighted& v : targets(j, ratio[1])) {
-          for (const Weighted& w : targets(k, ratio[2]))
-            sum += u.weight * v.weight * w.weight * fines[from.index(u.index, v.index, w.index)];
-        }
-      right[static_cast<std::size_t>(to.index(i, j, k))] = sum;
-    }
+    row.combine(work.ghosted, targets(i, ratio[0]), targets(j, ratio[1]));
+    double* const out = right.data() + to.index(i, j, to.first[2]);
+    for (int n = 0, k = to.first[2]; n < to.count[2]; ++n, ++k)
+      out[n] = ratio[2] == 1 ? row[k] : 0.5 * (row[2 * k - 1] + row[2 * k + 1]) + row[2 * k];
   });
 }
 
@@ -257,18 +273,12 @@ void PotentialSolver::prolong(std::size_t level) {
   coarse.spread(work_[level + 1].solution, work_[level + 1].ghosted);
   const std::array<int, 3> ratio = ratios(fine.shape(), coarse.shape());
   const NodeBox &from = coarse.ghosted(), &to = fine.owned();
-  const double* const coarses = work_[level + 1].ghosted.data();
-  std::vector<double>& solution = work_[level].solution;
+  Row row(from);
   for_rows(to, [&](int i, int j) {
-    for (int k = to.first[2]; k < to.first[2] + to.count[2]; ++k) {
-      double sum = 0.0;
-      for (const Weighted& u : sources(i, ratio[0]))
-        for (const Weighted& v : sources(j, ratio[1])) {
-          for (const Weighted& w : sources(k, ratio[2]))
-            sum += u.weight * v.weight * w.weight * coarses[from.index(u.index, v.index, w.index)];
-        }
-      solution[static_cast<std::size_t>(to.index(i, j, k))] += sum;
-    }
+    row.combine(work_[level + 1].ghosted, sources(i, ratio[0]), sources(j, ratio[1]));
+    double* const out = work_[level].solution.data() + to.index(i, j, to.first[2]);
+    for (int n = 0, k = to.first[2]; n < to.count[2]; ++n, ++k)
+      out[n] += ratio[2] == 1 ? row[k] : k % 2 == 0 ? row[k / 2] : 0.5 * (row[k / 2] + row[k / 2 + 1]);
   });
 }
 
