@@ -12,9 +12,9 @@ namespace bulkley {
 
 namespace {
 
-// Measured on one quiet core (docs/performance.md); a solution to 1e-3 takes about three iterations a sweep, a law that saturates two
-// sweeps, and what is done once about as much as an iteration.
-constexpr double seconds_per_node_and_iteration = 80e-9;
+// Measured on one quiet core (docs/performance.md): a solution to 1e-3 takes about three iterations and as much as one more for what is
+// done once; a law that saturates takes four sweeps, in each less iterations and more for the law.
+constexpr double seconds_per_node_and_iteration = 50e-9;
 constexpr double iterations_a_sweep = 3.0;
 // Magnetostatics::memory with a layer of ghosts on boxes of some 40 nodes across, and PETSc's vectors.
 constexpr double numbers_per_node = 40.0;
@@ -106,7 +106,7 @@ std::optional<MagneticForecast> magnetic_forecast(const Scene& scene, int n_rank
   constexpr double shown = 8.0;  // numbers of a node in a frame: phi, H, B, theta
   f.frame_bytes =
       static_cast<GlobalIndex>(shown * n_nodes * (scene.output.precision == FloatPrecision::float32 ? 4.0 : 8.0));
-  f.solve_cost = seconds_per_node_and_iteration * n_nodes * (1.0 + iterations_a_sweep) * (linear ? 1.0 : 2.0);
+  f.solve_cost = seconds_per_node_and_iteration * n_nodes * (1.0 + iterations_a_sweep) * (linear ? 1.0 : 4.0);
   f.steps_a_solve = std::max(1.0, settings.resolve_distance * scene.grid.cell_size / (speed * dt));
   if (f.n_levels < 3)
     f.warnings.push_back(
