@@ -140,41 +140,38 @@ std::optional<BoxFields> MagneticForce::fields(ParticleGrid& particles, double t
 
 void MagneticForce::accept(double, double dt) { travelled_ += speed_ * dt; }
 
-void MagneticForce::save(Reals& reals, Integers& integers) const {
-  integers["n_solves"] = figures_.n_solves;
-  integers["n_iterations"] = figures_.n_iterations;
-  integers["n_sweeps"] = figures_.n_sweeps;
-  if (figures_.n_solves == 0) return;
-  reals["travelled"] = travelled_;
-  reals["largest"] = largest_;
-  reals["wave_speed_squared"] = wave_speed_squared_;
-  reals["source_power"] = source_power_;
-  reals["time"] = figures_.time;
-  reals["energy"] = figures_.energy;
-  reals["source_work"] = figures_.source_work;
+// `real(name, number)` and `integer(name, number)` of all that a restart must know; `force`: this, constant or not.
+template <class Force, class Real, class Integer>
+void MagneticForce::each(Force& force, Real real, Integer integer) {
+  auto& figures = force.figures_;
+  integer("n_solves", figures.n_solves);
+  integer("n_iterations", figures.n_iterations);
+  integer("n_sweeps", figures.n_sweeps);
+  real("travelled", force.travelled_);
+  real("largest", force.largest_);
+  real("wave_speed_squared", force.wave_speed_squared_);
+  real("source_power", force.source_power_);
+  real("time", figures.time);
+  real("energy", figures.energy);
+  real("source_work", figures.source_work);
   for (int a = 0; a < 3; ++a) {
-    reals[fmt::format("force_{}", "xyz"[a])] = figures_.force[a];
-    reals[fmt::format("moment_{}", "xyz"[a])] = figures_.moment[a];
+    real(fmt::format("force_{}", "xyz"[a]), figures.force[a]);
+    real(fmt::format("moment_{}", "xyz"[a]), figures.moment[a]);
   }
 }
 
+void MagneticForce::save(Reals& reals, Integers& integers) const {
+  if (figures_.n_solves == 0) return;
+  each(
+      *this, [&](const std::string& name, double value) { reals[name] = value; },
+      [&](const std::string& name, GlobalIndex value) { integers[name] = value; });
+}
+
 void MagneticForce::load(const Reals& reals, const Integers& integers) {
-  const auto solves = integers.find("n_solves");
-  if (solves == integers.end() || solves->second == 0) return;
-  figures_.n_solves = solves->second;
-  figures_.n_iterations = integers.at("n_iterations");
-  figures_.n_sweeps = integers.at("n_sweeps");
-  travelled_ = reals.at("travelled");
-  largest_ = reals.at("largest");
-  wave_speed_squared_ = reals.at("wave_speed_squared");
-  source_power_ = reals.at("source_power");
-  figures_.time = reals.at("time");
-  figures_.energy = reals.at("energy");
-  figures_.source_work = reals.at("source_work");
-  for (int a = 0; a < 3; ++a) {
-    figures_.force[a] = reals.at(fmt::format("force_{}", "xyz"[a]));
-    figures_.moment[a] = reals.at(fmt::format("moment_{}", "xyz"[a]));
-  }
+  if (!integers.contains("n_solves")) return;
+  each(
+      *this, [&](const std::string& name, double& value) { value = reals.at(name); },
+      [&](const std::string& name, GlobalIndex& value) { value = integers.at(name); });
 }
 
 std::size_t MagneticForce::memory() const {

@@ -41,6 +41,8 @@ class MagneticForce : public NodeForce {
   std::size_t memory() const override;
 
  private:
+  template <class Force, class Real, class Integer>
+  static void each(Force& force, Real real, Integer integer);
   bool due(double time, double dt) const;
   MagneticReport find_field(double time, ParticleGrid& particles);
   void solve(double time, ParticleGrid& particles);

@@ -111,24 +111,16 @@ Magnetostatics::Node Magnetostatics::node_state(std::size_t i, double strength) 
   if (!(total > 0.0)) return node;
   std::tie(node.dilution, node.dilution_slope) = dilution(total);
   const double Nc = depolarisation_ * node.dilution;
-  double susceptibility = 0.0;
-  for (std::size_t s = 0; s < materials_.size(); ++s)
-    susceptibility += content_[s][i] / total * materials_[s].initial_susceptibility();
+  const Mixture mixture(materials_, content_, i, total);
+  const double susceptibility = mixture.initial_susceptibility();
   if (!(strength > 0.0)) {
     node.permeability = 1.0 + total * susceptibility / (1.0 + Nc * susceptibility);
     return node;
   }
   double h = strength / (1.0 + Nc * susceptibility);
-  for (int n = 0; n < newton_steps; ++n) {
-    double mean = 0.0, slope = 0.0;
-    for (std::size_t s = 0; s < materials_.size(); ++s) {
-      mean += content_[s][i] / total * materials_[s].at(h);
-      slope += content_[s][i] / total * materials_[s].slope(h);
-    }
-    h -= (h + Nc * mean - strength) / (1.0 + Nc * slope);
-  }
+  for (int n = 0; n < newton_steps; ++n) h -= (h + Nc * mixture.at(h) - strength) / (1.0 + Nc * mixture.slope(h));
   node.inner = h;
-  for (std::size_t s = 0; s < materials_.size(); ++s) node.mean += content_[s][i] / total * materials_[s].at(h);
+  node.mean = mixture.at(h);
   node.permeability = 1.0 + total * node.mean / strength;
   return node;
 }
