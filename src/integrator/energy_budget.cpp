@@ -189,6 +189,26 @@ void EnergyBudget::accept(const ParticleSet& particles) {
   sums_[kinetic] = {};
 }
 
+void EnergyBudget::before_move(const ParticleSet& particles, ParticleBlock block) {
+  const LocalIndex end = std::min(block.end, particles.size());
+  for (int a = 0; a < 3; ++a) {
+    const double* const x = particles.real(Field::position, a);
+    start_[static_cast<std::size_t>(a)].assign(x + block.begin, x + end);
+  }
+}
+
+void EnergyBudget::add_force_work(std::size_t force, Field field, const ParticleSet& particles, ParticleBlock block) {
+  std::vector<double>& works = start_[0];
+  for (std::size_t i = 0; i < works.size(); ++i) {
+    const LocalIndex p = block.begin + static_cast<LocalIndex>(i);
+    double work = 0.0;
+    for (int a = 0; a < 3; ++a)
+      work += particles.real(field, a)[p] * (particles.real(Field::position, a)[p] - start_[static_cast<std::size_t>(a)][i]);
+    works[i] = work;
+  }
+  sums_[force_term(force)].add(works);
+}
+
 void EnergyBudget::add_moved(const ParticleSet& particles, ParticleBlock block) {
   const LocalIndex end = std::min(block.end, particles.size());
   const double* const mass = particles.real(Field::mass);

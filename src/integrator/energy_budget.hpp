@@ -4,6 +4,7 @@
 // Every sum is a BinnedSum: exact enough that the difference of large numbers is right, and the same bits for any order and
 // any number of ranks. Each rank keeps its own; only what is written is merged.
 
+#include <array>
 #include <span>
 #include <string>
 #include <vector>
@@ -77,6 +78,9 @@ class EnergyBudget {
   /// The trial was taken; `particles` are still those before it. Then all blocks of particles with their new velocities, then
   /// those that will be removed. Not collective.
   void accept(const ParticleSet& particles);
+  /// Around the motion of a block, where a force acts on particles: the work of force number `force`, which `field` holds, N.
+  void before_move(const ParticleSet& particles, ParticleBlock block);
+  void add_force_work(std::size_t force, Field field, const ParticleSet& particles, ParticleBlock block);
   void add_moved(const ParticleSet& particles, ParticleBlock block);
   void end_step(const ParticleSet& particles, std::span<const LocalIndex> removed);
 
@@ -112,7 +116,8 @@ class EnergyBudget {
   std::vector<BinnedSum> sums_, trial_;
   ContactAccount contact_;
   std::vector<Vec3> impulse_before_;               // of active nodes
-  std::vector<std::vector<Vec3>> force_impulses_;  // by force, of active nodes
+  std::vector<std::vector<Vec3>> force_impulses_;  // by force on nodes, of active nodes
+  std::array<std::vector<double>, 3> start_;       // of a block: positions before its motion
 };
 
 }  // namespace bulkley

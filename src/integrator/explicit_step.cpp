@@ -72,8 +72,11 @@ StepReport ExplicitStep::step(const StepRequest& request, TimeStepState& state) 
 
 // Particles -> the velocities of the nodes in every pool. Changes no particle.
 void ExplicitStep::compute_nodes(double time, double dt, StepReport& report, StepBounds& local) {
-  const SumBounds sums = sum_bounds(parts_.physics.grid, parts_.physics.transfer, parts_.particles.bounds(), dt, splits_);
-  particles_to_nodes(dt, sums);
+  parts_.prepare_forces(time, dt);
+  const ForceField force = parts_.force_on_particles();
+  const SumBounds sums =
+      sum_bounds(parts_.physics.grid, parts_.physics.transfer, parts_.particles.bounds(), dt, splits_, force);
+  particles_to_nodes(dt, sums, force);
   update_nodes(time, {parts_.physics.gravity, dt, empty_mass * sums.mass}, report, local);
   nodes_to_pools();
 }
@@ -115,12 +118,12 @@ void ExplicitStep::fit() {
   }
 }
 
-void ExplicitStep::particles_to_nodes(double dt, const SumBounds& sums) {
+void ExplicitStep::particles_to_nodes(double dt, const SumBounds& sums, const ForceField& force) {
   ParticleGrid& particles = parts_.particles;
   const auto sum_into = [&](auto* pool) {
     const PhaseTimer timer(parts_.times, Phase::p2g);
     p2g(particles.grid(), parts_.physics.transfer, particles.layout(), particles.particles(), particles.map(), sums, dt,
-        pool);
+        pool, force);
   };
   if (splits_)
     sum_into(pairs_.data());
@@ -159,7 +162,6 @@ void ExplicitStep::solve_implicit_parts(double time, const GridUpdate& update, S
 }
 
 void ExplicitStep::push_nodes(double time, const GridUpdate& update, StepBounds& local) {
-  parts_.prepare_forces(time, update.dt);
   const PhaseTimer timer(parts_.times, Phase::grid_update);
   Node* const nodes = velocity_.data();
   EnergyBudget& budget = parts_.budget;
@@ -212,11 +214,12 @@ void ExplicitStep::nodes_to_particles(double dt, StepBounds& local) {
     const ParticleBlock block{first, first + block_size};
     {
       const PhaseTimer timer(parts_.times, Phase::g2p);
+      parts_.before_move(block);
       if (splits_)
         g2p(physics.grid, transfer, grid.layout(), grid.map(), dt, share, pairs_.data(), particles, local, block);
       else
         g2p(physics.grid, transfer, grid.layout(), grid.map(), dt, pool_.data(), particles, local, block);
-      parts_.budget.add_moved(particles, block);
+      parts_.after_move(block);
     }
     if (pressure_) pressure_->keep_volumes(block);
     {

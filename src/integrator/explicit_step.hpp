@@ -32,7 +32,7 @@ class ExplicitStep : public Integrator {
  private:
   double collider_speed(const StepBounds& bounds, double time, double remaining) const;
   double kept_share(double dt) const;
-  void particles_to_nodes(double dt, const SumBounds& sums);
+  void particles_to_nodes(double dt, const SumBounds& sums, const ForceField& force);
   void update_nodes(double time, const GridUpdate& update, StepReport& report, StepBounds& local);
   void solve_implicit_parts(double time, const GridUpdate& update, StepReport& report);
   void push_nodes(double time, const GridUpdate& update, StepBounds& local);

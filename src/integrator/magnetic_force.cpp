@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "kernel/scalar_deposit.hpp"
 #include "parallel/reproducible_sum.hpp"
 
 namespace bulkley {
@@ -48,18 +47,6 @@ bool MagneticForce::due(double time, double dt) const {
 void MagneticForce::prepare(ParticleGrid& particles, double time, double dt) {
   speed_ = particles.bounds().motion.speed.value;
   if (due(time, dt)) solve(time, particles);
-  pool_.resize(static_cast<std::size_t>(particles.layout().n_nodes()));
-  owned_.resize(static_cast<std::size_t>(particles.exchange().n_owned()));
-  vector_deposit(grid_, particles.layout(), particles.particles(), particles.map(), Field::magnetic_force, largest_,
-                 particles.bounds().sums.cell_count, pool_.data());
-  particles.exchange().add(pool_.data(), owned_.data());
-}
-
-void MagneticForce::add(const ForcedNodes& nodes, FailureCounts&) {
-  for (const LocalIndex node : nodes.active) {
-    if (!(nodes.momenta[node].c[3] > nodes.update.smallest_mass)) continue;
-    for (int a = 0; a < 3; ++a) nodes.impulses[node].c[a] += nodes.update.dt * owned_[static_cast<std::size_t>(node)].c[a];
-  }
 }
 
 // Throws RunError where there is no solution.
@@ -174,8 +161,6 @@ void MagneticForce::load(const Reals& reals, const Integers& integers) {
       [&](const std::string& name, GlobalIndex& value) { value = integers.at(name); });
 }
 
-std::size_t MagneticForce::memory() const {
-  return (field_ ? field_->memory() : 0) + (pool_.capacity() + owned_.capacity()) * sizeof(Node);
-}
+std::size_t MagneticForce::memory() const { return field_ ? field_->memory() : 0; }
 
 }  // namespace bulkley

@@ -31,7 +31,7 @@ class MagneticForce : public NodeForce {
 
   const char* name() const override { return "magnetic_field"; }
   void prepare(ParticleGrid& particles, double time, double dt) override;
-  void add(const ForcedNodes& nodes, FailureCounts& failures) override;
+  ForceField on_particles() const override { return ParticleForce{Field::magnetic_force, largest_}; }
   double wave_speed_squared() const override { return wave_speed_squared_; }
   void accept(double time, double dt) override;
   void save(Reals& reals, Integers& integers) const override;
@@ -58,7 +58,6 @@ class MagneticForce : public NodeForce {
   double largest_ = 0.0;             ///< N, of all particles
   double source_power_ = 0.0;        ///< W, of changing sources, ahead of the last solution by largest_interval
   double wave_speed_squared_ = 0.0;  ///< m^2/s^2
-  std::vector<Node> pool_, owned_;
 };
 
 }  // namespace bulkley

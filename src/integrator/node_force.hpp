@@ -1,5 +1,5 @@
 #pragma once
-// A force that acts on nodes: what an integrator adds to the internal forces and to gravity.
+// A force of a scene: what an integrator adds to the internal forces and to gravity, on nodes or on particles.
 
 #include <memory>
 #include <optional>
@@ -11,6 +11,7 @@
 #include "grid/box_fields.hpp"
 #include "integrator/physics.hpp"
 #include "kernel/grid_update.hpp"
+#include "kernel/p2g.hpp"
 
 namespace bulkley {
 
@@ -34,10 +35,13 @@ class NodeForce {
   /// Before the nodes of a step from `time` to `time` + `dt` are worked out, at each of its trials: what depends on particles alone.
   /// Collective.
   virtual void prepare(ParticleGrid& particles, double time, double dt) { (void)particles, (void)time, (void)dt; }
+  /// After `prepare`: the force on each particle, of a force that acts on those; nodes receive it with p2g, and nothing by `add`. Not
+  /// collective.
+  virtual ForceField on_particles() const { return {}; }
   /// Adds dt f to the nodes that are not empty. A step may be tried several times before it is taken, so that nothing that a
   /// later step depends on may change here. Values that are not finite are counted in `failures`, with the node. Must give
   /// the same bits on any number of ranks, or the integrator says that it does not. Collective.
-  virtual void add(const ForcedNodes& nodes, FailureCounts& failures) = 0;
+  virtual void add(const ForcedNodes& nodes, FailureCounts& failures) { (void)nodes, (void)failures; }
   /// The square of the speed of the waves that the force carries, m^2/s^2; it limits dt as that of elastic waves does. Not
   /// collective (the same on every rank).
   virtual double wave_speed_squared() const { return 0.0; }

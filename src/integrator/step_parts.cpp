@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bulkley/base/error.hpp"
+
 namespace bulkley {
 
 StepParts::StepParts(const Physics& all_physics, ParticleGrid& all_particles, NodeForces node_forces,
@@ -13,7 +15,13 @@ StepParts::StepParts(const Physics& all_physics, ParticleGrid& all_particles, No
       forces(std::move(node_forces)),
       budget(all_physics, forces.size()),
       times(phase_times),
-      material_seconds(all_physics.materials.size(), 0.0) {}
+      material_seconds(all_physics.materials.size(), 0.0) {
+  for (std::size_t k = 0; k < forces.size(); ++k) {
+    if (!forces[k]->on_particles()) continue;
+    BULKLEY_ASSERT(!forced_by_);  // p2g takes one
+    forced_by_ = k;
+  }
+}
 
 bool StepParts::fit() {
   if (fitted_ == particles.version()) return false;
@@ -45,10 +53,21 @@ void StepParts::add_forces(const GridUpdate& update, double time, const Node* mo
   if (!(update.dt > 0.0)) return;
   const ForcedNodes nodes{particles, particles.exchange().active_nodes(), active_positions, update, time, momenta, impulses};
   for (std::size_t k = 0; k < forces.size(); ++k) {
+    if (k == forced_by_) continue;
     budget.before_force(nodes.active, impulses);
     forces[k]->add(nodes, failures);
     budget.after_force(k, nodes.active, impulses);
   }
+}
+
+void StepParts::before_move(ParticleBlock block) {
+  if (forced_by_) budget.before_move(particles.particles(), block);
+}
+
+void StepParts::after_move(ParticleBlock block) {
+  if (const ForceField force = force_on_particles())
+    budget.add_force_work(*forced_by_, force->field, particles.particles(), block);
+  budget.add_moved(particles.particles(), block);
 }
 
 void StepParts::add_later_impulses(const GridUpdate& update, Node* impulses, Node* nodes, Node* change) {

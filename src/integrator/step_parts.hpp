@@ -27,8 +27,14 @@ struct StepParts {
   bool fit();
   /// NodeForce::prepare of all forces. Collective.
   void prepare_forces(double time, double dt);
-  /// Adds all forces; none in a step of no duration. Collective.
+  /// The force on particles, once it is prepared. Not collective.
+  ForceField force_on_particles() const { return forced_by_ ? forces[*forced_by_]->on_particles() : ForceField{}; }
+  /// Adds all forces on nodes; none in a step of no duration. Collective.
   void add_forces(const GridUpdate& update, double time, const Node* momenta, Node* impulses, FailureCounts& failures);
+
+  /// Around the motion of a block of particles: what the budget must know of it. Not collective.
+  void before_move(ParticleBlock block);
+  void after_move(ParticleBlock block);
 
   /// Impulses that were found after the node update, of all active nodes -> velocities; `change` where given. `impulses` come back
   /// folded. Not collective.
@@ -41,7 +47,8 @@ struct StepParts {
   std::size_t memory() const;
 
  private:
-  GlobalIndex fitted_ = 0;  ///< ParticleGrid::version
+  GlobalIndex fitted_ = 0;                ///< ParticleGrid::version
+  std::optional<std::size_t> forced_by_;  ///< the force that acts on particles
 };
 
 }  // namespace bulkley

@@ -13,7 +13,7 @@ namespace {
 
 // What one particle gives to node (i, j, k) of its stencil: w (q + i a_x + j a_y + k a_z) of momentum and mass; for the MLS
 // form of the force an impulse of the same kind, joined to it in a Node, next to it in a NodePair; for the B-spline form
-// (grad w) . F, F the columns of -dt V tau.
+// (grad w) . F, F the columns of -dt V tau. The impulse of a force on the particle itself, dt F_p w, joins the MLS impulse or q.
 template <SplineOrder order, class NodeType>
 struct Batch {
   static constexpr int s = stencil_width(order);
@@ -23,7 +23,7 @@ struct Batch {
   alignas(64) double dxy[2][s * s][batch_size];  // B-spline form: derivatives d_x w_y and w_x d_y
   alignas(64) double dz[s][batch_size];
   alignas(64) Quad momentum[batch_size][4][n_quads];  // q, a_x, a_y, a_z; in the second quads those of the MLS impulse
-  alignas(64) Quad impulse[batch_size][4];            // B-spline: F_x, F_y, F_z
+  alignas(64) Quad impulse[batch_size][4];            // B-spline: F_x, F_y, F_z; then dt F_p, where impulses are apart
 };
 
 template <class NodeType>
@@ -37,6 +37,7 @@ struct Arguments {
   FieldColumns<9> affine_velocity;
   FieldColumns<6> kirchhoff_stress;
   FieldColumns<1> mass, reference_volume;
+  FieldColumns<3> force;  // read where `forced`
   LocalIndex n_particles;
   double dt;
   Quad pool_constant;
@@ -66,7 +67,7 @@ void prepare_weights(const Pack (&fx)[3], int b, Batch<order, NodeType>& batch) 
 }
 
 // Everything the batch holds of n_lanes particles, first particle `p`, at place `b`.
-template <SplineOrder order, GradientForm form, class NodeType>
+template <SplineOrder order, GradientForm form, bool forced, class NodeType>
 void prepare(const Arguments<NodeType>& arg, LocalIndex p, int b, Batch<order, NodeType>& batch) {
   constexpr int n_quads = Batch<order, NodeType>::n_quads;
   constexpr bool split = n_quads == 2;
@@ -103,6 +104,13 @@ void prepare(const Arguments<NodeType>& arg, LocalIndex p, int b, Batch<order, N
       }
       q[r] -= a[c][r] * fx[c];
     }
+    if constexpr (forced) {
+      const Pack given = arg.dt * arg.force(p, r);
+      if constexpr (split)
+        fq[r] += given;
+      else
+        q[r] += given;
+    }
   }
   if constexpr (split && form == GradientForm::mls) {
     store_octs(q, fq, &batch.momentum[b][0][0], 8);
@@ -111,8 +119,10 @@ void prepare(const Arguments<NodeType>& arg, LocalIndex p, int b, Batch<order, N
     store_quads(q, &batch.momentum[b][0][0], 4 * n_quads);
     for (int c = 0; c < 3; ++c) store_quads(a[c], &batch.momentum[b][1 + c][0], 4 * n_quads);
   }
-  if constexpr (form == GradientForm::bspline)
+  if constexpr (form == GradientForm::bspline) {
     for (int c = 0; c < 3; ++c) store_quads(f[c], &batch.impulse[b][c], 4);
+    if constexpr (forced && split) store_quads(fq, &batch.impulse[b][3], 4);
+  }
 }
 
 template <class Vector, class NodeType>
@@ -127,7 +137,7 @@ Vector rounding_constants(const Arguments<NodeType>& arg) {
   return load_vector<Vector>(both);
 }
 
-template <SplineOrder order, GradientForm form, class NodeType>
+template <SplineOrder order, GradientForm form, bool forced, class NodeType>
 void scatter(const Arguments<NodeType>& arg, LocalIndex cell, int b, const Batch<order, NodeType>& batch) {
   constexpr int s = stencil_width(order);
   constexpr bool mls = form == GradientForm::mls, split = Batch<order, NodeType>::n_quads == 2;
@@ -149,6 +159,7 @@ void scatter(const Arguments<NodeType>& arg, LocalIndex cell, int b, const Batch
       Quad g{}, gz{};  // B-spline: the parts of grad w that w_z and d_z multiply
       if constexpr (!mls) {
         g = batch.dxy[0][i * s + j][b] * f[0] + batch.dxy[1][i * s + j][b] * f[1];
+        if constexpr (forced && split) g += w * f[3];
         gz = w * f[2];
       }
 #pragma GCC unroll 4
@@ -171,7 +182,7 @@ void scatter(const Arguments<NodeType>& arg, LocalIndex cell, int b, const Batch
 }
 
 // Flattened: every call below is inlined here.
-template <SplineOrder order, GradientForm form, class NodeType>
+template <SplineOrder order, GradientForm form, bool forced, class NodeType>
 [[gnu::flatten]] void run(const Arguments<NodeType>& arguments) {
   const Arguments<NodeType> arg = arguments;  // its own copy, which no store to a node can be suspected to change
   Batch<order, NodeType> batch;
@@ -185,14 +196,16 @@ template <SplineOrder order, GradientForm form, class NodeType>
     arg.kirchhoff_stress.prefetch(ahead);
     arg.mass.prefetch(ahead);
     arg.reference_volume.prefetch(ahead);
-    for (int b = 0; b < size; b += n_lanes) prepare<order, form>(arg, first + b, b, batch);
-    for (int b = 0; b < size; ++b) scatter<order, form>(arg, arg.cell[first + b], b, batch);
+    if constexpr (forced) arg.force.prefetch(ahead);
+    for (int b = 0; b < size; b += n_lanes) prepare<order, form, forced>(arg, first + b, b, batch);
+    for (int b = 0; b < size; ++b) scatter<order, form, forced>(arg, arg.cell[first + b], b, batch);
   }
 }
 
 template <class NodeType>
 void run_all(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout,
-             const ParticleSet& particles, const CellMap& map, const SumBounds& sums, double dt, NodeType* pool) {
+             const ParticleSet& particles, const CellMap& map, const ForceField& force, const SumBounds& sums, double dt,
+             NodeType* pool) {
   const double m = rounding_constant(sums.mass), q = rounding_constant(sums.momentum), f = rounding_constant(sums.impulse);
   const Arguments<NodeType> arg{CellFrame(grid),
                                 grid.cell_size,
@@ -205,6 +218,7 @@ void run_all(const GridGeometry& grid, const TransferSettings& transfer, const P
                                 {particles, Field::kirchhoff_stress},
                                 {particles, Field::mass},
                                 {particles, Field::reference_volume},
+                                {particles, force ? force->field : Field::velocity},
                                 particles.size(),
                                 dt,
                                 Quad{q, q, q, m},
@@ -212,36 +226,38 @@ void run_all(const GridGeometry& grid, const TransferSettings& transfer, const P
                                 pool};
   std::fill_n(pool, layout.n_nodes(), NodeType{});
   with_order(grid.order, [&](auto order) {
+    const auto run_form = [&](auto form) { force ? run<order(), form(), true>(arg) : run<order(), form(), false>(arg); };
     if (transfer.gradient == GradientForm::mls)
-      run<order(), GradientForm::mls>(arg);
+      run_form(std::integral_constant<GradientForm, GradientForm::mls>{});
     else
-      run<order(), GradientForm::bspline>(arg);
+      run_form(std::integral_constant<GradientForm, GradientForm::bspline>{});
   });
 }
 
 }  // namespace
 
 SumBounds sum_bounds(const GridGeometry& grid, const TransferSettings& transfer, const StepBounds& bounds, double dt,
-                     bool splits) {
+                     bool splits, const ForceField& force) {
   const SplineOrder order = grid.order;
   const double slack = 1.0 + 1e-9;  // for the roundings in forming the contributions
   const double weights =
       slack * weight_sum_bound(order) * static_cast<double>(std::max<GlobalIndex>(bounds.sums.cell_count, 1));
   const double ratio = transfer.gradient == GradientForm::mls ? inverse_second_moment(order) * moment_sum_ratio(order)
                                                               : gradient_sum_ratio(order);
-  const double impulse = dt * bounds.sums.stress_volume * ratio / grid.cell_size;
+  const double given = force ? dt * force->largest : 0.0;
+  const double impulse = dt * bounds.sums.stress_volume * ratio / grid.cell_size + given;
   const double momentum = bounds.sums.momentum + (splits ? 0.0 : impulse);
   return {weights * bounds.sums.mass, weights * momentum, weights * impulse};
 }
 
 void p2g(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const ParticleSet& particles,
-         const CellMap& map, const SumBounds& sums, double dt, Node* pool) {
-  run_all(grid, transfer, layout, particles, map, sums, dt, pool);
+         const CellMap& map, const SumBounds& sums, double dt, Node* pool, const ForceField& force) {
+  run_all(grid, transfer, layout, particles, map, force, sums, dt, pool);
 }
 
 void p2g(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const ParticleSet& particles,
-         const CellMap& map, const SumBounds& sums, double dt, NodePair* pool) {
-  run_all(grid, transfer, layout, particles, map, sums, dt, pool);
+         const CellMap& map, const SumBounds& sums, double dt, NodePair* pool, const ForceField& force) {
+  run_all(grid, transfer, layout, particles, map, force, sums, dt, pool);
 }
 
 }  // namespace bulkley

@@ -26,28 +26,20 @@ void prepare(const CellFrame& frame, const FieldColumns<3>& position, LocalIndex
   for (int k = 0; k < s; ++k) store(&batch.wz[k][b], w[2][k]);
 }
 
-inline void add_rounded(double& node, double contribution, double constant) { node += rounded(contribution, constant); }
-inline void add_rounded(Node& node, const Quad& contribution, double constant) {
-  store_vector(node, load_vector(node) + rounded(contribution, Quad{constant, constant, constant, constant}));
-}
-
-// Quantity: of one particle, a number or the four of a node.
-template <SplineOrder order, class NodeType, class Quantity>
-void scatter(const StencilRows<order, NodeType>& rows, int b, const Batch<order>& batch, const Quantity& q,
-             double constant) {
+template <SplineOrder order>
+void scatter(const StencilRows<order, double>& rows, int b, const Batch<order>& batch, double q, double constant) {
   constexpr int s = stencil_width(order);
   for (int i = 0; i < s; ++i)
     for (int j = 0; j < s; ++j) {
-      NodeType* const row = rows(i, j);
-      const Quantity share = batch.wxy[i * s + j][b] * q;
-      for (int k = 0; k < s; ++k) add_rounded(row[k], batch.wz[k][b] * share, constant);
+      double* const row = rows(i, j);
+      const double share = batch.wxy[i * s + j][b] * q;
+      for (int k = 0; k < s; ++k) row[k] += rounded(batch.wz[k][b] * share, constant);
     }
 }
 
-// `quantity(p)`: that of particle p.
-template <SplineOrder order, class NodeType, class QuantityOf>
+template <SplineOrder order>
 [[gnu::flatten]] void run(const CellFrame& frame, const LocalIndex* row_offsets, const LocalIndex* cell,
-                          const ParticleSet& particles, const QuantityOf& quantity, double constant, NodeType* pool) {
+                          const ParticleSet& particles, const double* q, double constant, double* pool) {
   const FieldColumns<3> position(particles, Field::position);
   Batch<order> batch;
   const LocalIndex n = particles.size();
@@ -55,9 +47,7 @@ template <SplineOrder order, class NodeType, class QuantityOf>
     const int size = static_cast<int>(std::min<LocalIndex>(batch_size, n - first));
     position.prefetch(first + prefetch_distance);
     for (int b = 0; b < size; b += n_lanes) prepare<order>(frame, position, first + b, b, batch);
-    for (int b = 0; b < size; ++b)
-      scatter<order>(StencilRows<order, NodeType>{row_offsets, cell[first + b], pool}, b, batch, quantity(first + b),
-                     constant);
+    for (int b = 0; b < size; ++b) scatter<order>({row_offsets, cell[first + b], pool}, b, batch, q[first + b], constant);
   }
 }
 
@@ -73,24 +63,7 @@ void scalar_deposit(const GridGeometry& grid, const PoolLayout& layout, const Pa
   const double constant = rounding_constant(scalar_sum_bound(grid.order, largest, cell_count));
   std::fill_n(pool, layout.n_nodes(), 0.0);
   with_order(grid.order, [&](auto order) {
-    run<order()>(
-        CellFrame(grid), layout.row_offsets().data(), map.cell.data(), particles, [q](LocalIndex p) { return q[p]; },
-        constant, pool);
-  });
-}
-
-void vector_deposit(const GridGeometry& grid, const PoolLayout& layout, const ParticleSet& particles, const CellMap& map,
-                    Field field, double largest, GlobalIndex cell_count, Node* pool) {
-  const double constant = rounding_constant(scalar_sum_bound(grid.order, largest, cell_count));
-  std::fill_n(pool, layout.n_nodes(), Node{});
-  const double *const x = particles.real(field, 0), *const y = particles.real(field, 1), *const z = particles.real(field, 2);
-  with_order(grid.order, [&](auto order) {
-    run<order()>(
-        CellFrame(grid), layout.row_offsets().data(), map.cell.data(), particles,
-        [=](LocalIndex p) {
-          return Quad{x[p], y[p], z[p], 0.0};
-        },
-        constant, pool);
+    run<order()>(CellFrame(grid), layout.row_offsets().data(), map.cell.data(), particles, q, constant, pool);
   });
 }
 

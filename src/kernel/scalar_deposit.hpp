@@ -1,5 +1,5 @@
 #pragma once
-// Particles -> pool nodes, for one number per particle or one vector.
+// Particles -> pool nodes, for one number per particle.
 
 #include "kernel/cells.hpp"
 
@@ -12,10 +12,6 @@ namespace bulkley {
 /// 2^-54 scalar_sum_bound. Preconditions: positions inside the domain, `map` located in `layout`. Not collective.
 void scalar_deposit(const GridGeometry& grid, const PoolLayout& layout, const ParticleSet& particles, const CellMap& map,
                     const double* q, double largest, GlobalIndex cell_count, double* pool);
-
-/// The same for a vector field of the particles, into numbers 0 to 2 of the nodes; number 3 is zero. `largest`: of its components.
-void vector_deposit(const GridGeometry& grid, const PoolLayout& layout, const ParticleSet& particles, const CellMap& map,
-                    Field field, double largest, GlobalIndex cell_count, Node* pool);
 
 /// Bound of sum_p |w_ip q_p| at any node, all ranks together (T27). Not collective.
 double scalar_sum_bound(SplineOrder order, double largest, GlobalIndex cell_count);

@@ -101,10 +101,10 @@ class SerialStep {
   }
 
   void particles_to_nodes(double dt) {
-    sums = sum_bounds(scene.grid, scene.transfer, bounds, dt, scene.transfer.keeps_residual());
-    if (!split()) return p2g(scene.grid, scene.transfer, layout, particles, map, sums, dt, nodes.data());
+    sums = sum_bounds(scene.grid, scene.transfer, bounds, dt, scene.transfer.keeps_residual(), force);
+    if (!split()) return p2g(scene.grid, scene.transfer, layout, particles, map, sums, dt, nodes.data(), force);
     std::vector<NodePair> pairs(nodes.size());
-    p2g(scene.grid, scene.transfer, layout, particles, map, sums, dt, pairs.data());
+    p2g(scene.grid, scene.transfer, layout, particles, map, sums, dt, pairs.data(), force);
     for (std::size_t n = 0; n < pairs.size(); ++n) nodes[n] = pairs[n].motion, impulse[n] = pairs[n].change;
   }
 
@@ -164,6 +164,7 @@ class SerialStep {
   CellMap map;
   StepBounds bounds;
   SumBounds sums{};
+  ForceField force;  ///< on particles
 
  private:
   void find_cells() {

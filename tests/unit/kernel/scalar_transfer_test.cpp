@@ -83,30 +83,6 @@ struct Particles {
   }
 };
 
-// A vector is three numbers: the same bits, and nothing in the fourth place.
-TEST(VectorDeposit, IsThreeScalarDeposits) {
-  for (const SplineOrder order : orders) {
-    const Particles some(order);
-    const SerialStep& step = some.step;
-    double largest = 0.0;
-    for (int a = 0; a < 3; ++a)
-      for (LocalIndex p = 0; p < step.particles.size(); ++p)
-        largest = std::max(largest, std::abs(step.particles.real(Field::velocity, a)[p]));
-    ASSERT_GT(largest, 0.0);
-    const auto n = static_cast<std::size_t>(step.layout.n_nodes());
-    std::vector<Node> nodes(n, Node{99.0, 99.0, 99.0, 99.0});
-    vector_deposit(some.grid(), step.layout, step.particles, step.map, Field::velocity, largest, step.map.largest_count(),
-                   nodes.data());
-    for (int a = 0; a < 3; ++a) {
-      std::vector<double> pool(n);
-      scalar_deposit(some.grid(), step.layout, step.particles, step.map, step.particles.real(Field::velocity, a), largest,
-                     step.map.largest_count(), pool.data());
-      for (std::size_t i = 0; i < n; ++i) ASSERT_EQ(nodes[i].c[a], pool[i]) << "node " << i << ", axis " << a;
-    }
-    for (const Node& node : nodes) ASSERT_EQ(node.c[3], 0.0);
-  }
-}
-
 TEST(ScalarDeposit, NodesReceiveWhatTheReferenceGivesThem) {
   for (const SplineOrder order : orders) {
     const Particles run(order);

@@ -90,6 +90,37 @@ TEST(Transfer, NodesReceiveWhatTheReferenceGivesThem) {
   }
 }
 
+// Any field of three components serves as the force.
+TEST(Transfer, AForceOnParticlesJoinsTheImpulses) {
+  const double dt = 1e-2;
+  for (const TransferSettings& transfer : all_transfers()) {
+    SCOPED_TRACE(describe(transfer));
+    SerialStep plain(open_scene(transfer), random_particles(open_scene(transfer), 777, 5, true));
+    SerialStep forced(plain.scene, random_particles(plain.scene, 777, 5, true));
+    forced.force = ParticleForce{Field::velocity, 1.0};
+    plain.particles_to_nodes(dt);
+    forced.particles_to_nodes(dt);
+    const ReferenceMpm reference = reference_of(plain);
+    std::vector<Vec3> expected(reference.nodes.size(), Vec3::Zero());
+    for (const ReferenceParticle& p : reference.particles)
+      for (const ReferenceMpm::Entry& e : reference.stencil(p.x)) expected[e.node] += dt * e.w * p.v;
+    const std::vector<int> n_addends = addends(reference);
+    const auto& received = [](const SerialStep& step) -> const auto& { return step.split() ? step.impulse : step.nodes; };
+    for (std::size_t n = 0; n < plain.nodes.size(); ++n) {
+      const std::ptrdiff_t at = reference_node(plain, n);
+      if (at < 0) continue;
+      const double bound = plain.split() ? forced.sums.impulse : forced.sums.momentum;
+      for (int a = 0; a < 3; ++a)
+        ASSERT_NEAR(received(forced)[n].c[a] - received(plain)[n].c[a], expected[static_cast<std::size_t>(at)][a],
+                    2.0 * sum_tolerance(n_addends[static_cast<std::size_t>(at)], bound));
+      ASSERT_EQ(forced.nodes[n].c[3], plain.nodes[n].c[3]);
+      for (int a = 0; a < 3 && plain.split(); ++a)  // which products are fused may differ
+        ASSERT_NEAR(forced.nodes[n].c[a], plain.nodes[n].c[a],
+                    2.0 * sum_tolerance(n_addends[static_cast<std::size_t>(at)], forced.sums.momentum));
+    }
+  }
+}
+
 TEST(Transfer, ParticlesReceiveWhatTheReferenceGivesThem) {
   const double dt = 1e-3;
   for (TransferSettings transfer : all_transfers())
