@@ -199,12 +199,14 @@ void EnergyBudget::before_move(const ParticleSet& particles, ParticleBlock block
 
 void EnergyBudget::add_force_work(std::size_t force, Field field, const ParticleSet& particles, ParticleBlock block) {
   std::vector<double>& works = start_[0];
-  for (std::size_t i = 0; i < works.size(); ++i) {
-    const LocalIndex p = block.begin + static_cast<LocalIndex>(i);
-    double work = 0.0;
-    for (int a = 0; a < 3; ++a)
-      work += particles.real(field, a)[p] * (particles.real(Field::position, a)[p] - start_[static_cast<std::size_t>(a)][i]);
-    works[i] = work;
+  for (int a = 0; a < 3; ++a) {
+    const double* const f = particles.real(field, a) + block.begin;
+    const double* const x = particles.real(Field::position, a) + block.begin;
+    const std::vector<double>& start = start_[static_cast<std::size_t>(a)];
+    for (std::size_t i = 0; i < works.size(); ++i) {
+      const double work = f[i] * (x[i] - start[i]);
+      works[i] = a == 0 ? work : works[i] + work;
+    }
   }
   sums_[force_term(force)].add(works);
 }

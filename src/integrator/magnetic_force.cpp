@@ -49,15 +49,20 @@ void MagneticForce::prepare(ParticleGrid& particles, double time, double dt) {
   if (due(time, dt)) solve(time, particles);
 }
 
-// Throws RunError where there is no solution.
-MagneticReport MagneticForce::find_field(double time, ParticleGrid& particles) {
+// The field's nodes, made when they are needed first. Collective.
+Magnetostatics& MagneticForce::field_on(const ParticleGrid& particles) {
   if (!field_) {
     const Vec3 middle = 0.5 * (magnets_.lower + magnets_.upper);
     field_ = std::make_unique<MagneticParticles>(
         particles.comm(), magnetic_layout(grid_, magnets_.lower, magnets_.upper, magnets_.settings.air), magnets_.settings,
         magnets_.settings.origin.value_or(middle), magnets_.magnetisations, applied_);
   }
-  field_->forget();
+  return field_->field();
+}
+
+// Throws RunError where there is no solution.
+MagneticReport MagneticForce::find_field(double time, ParticleGrid& particles) {
+  field_on(particles);
   const MagneticReport report = field_->solve(time, particles);
   if (!report.solved)
     throw RunError(fmt::format(
@@ -121,8 +126,28 @@ void MagneticForce::describe(double time, const ParticleGrid& particles, const M
 }
 
 std::optional<BoxFields> MagneticForce::fields(ParticleGrid& particles, double time) {
+  Magnetostatics& field = field_on(particles);
+  const std::vector<double> start = field.potential();
   find_field(time, particles);
-  return field_->field().shown();
+  BoxFields shown = field.shown();
+  field.set_potential(start);  // a run with frames keeps the bits of one without
+  return shown;
+}
+
+std::optional<BoxFields> MagneticForce::save_fields() const {
+  if (figures_.n_solves == 0) return {};
+  BoxFields box = field_->field().box();
+  box.fields = {
+      {"potential", "A", "phi of the last solution, from which the next one starts", {field_->field().potential()}}};
+  return box;
+}
+
+void MagneticForce::load_fields(ParticleGrid& particles, const BoxSource& source) {
+  if (figures_.n_solves == 0) return;
+  Magnetostatics& field = field_on(particles);
+  BoxFields box = field.box();
+  box.fields = {{"potential", "A", "", {field.potential()}}};
+  if (source(box)) field.set_potential(std::move(box.fields[0].components[0]));
 }
 
 void MagneticForce::accept(double, double dt) { travelled_ += speed_ * dt; }

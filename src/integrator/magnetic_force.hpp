@@ -23,8 +23,8 @@ struct MagneticFigures {
 
 /// f_i = sum_p w_ip F_p with the forces F_p of the last solution of the field (G10), which particles carry along as
 /// `magnetic_force`, so that translation costs no accuracy. The field is solved for before the first step, and before a step in which
-/// the fastest particle would have gone `resolve_distance` since, or `largest_interval` would have passed and a source changes. Every solution starts
-/// from nothing, so that a restart needs no potential.
+/// the fastest particle would have gone `resolve_distance` since, or `largest_interval` would have passed and a source changes. Every
+/// solution starts from the potential of the last one, which checkpoints keep.
 class MagneticForce : public NodeForce {
  public:
   MagneticForce(const GridGeometry& grid, const Magnets& magnets);
@@ -36,6 +36,8 @@ class MagneticForce : public NodeForce {
   void accept(double time, double dt) override;
   void save(Reals& reals, Integers& integers) const override;
   void load(const Reals& reals, const Integers& integers) override;
+  std::optional<BoxFields> save_fields() const override;
+  void load_fields(ParticleGrid& particles, const BoxSource& source) override;
   std::optional<BoxFields> fields(ParticleGrid& particles, double time) override;
   std::vector<double> history() const override { return figures_.values(); }
   std::size_t memory() const override;
@@ -44,6 +46,7 @@ class MagneticForce : public NodeForce {
   template <class Force, class Real, class Integer>
   static void each(Force& force, Real real, Integer integer);
   bool due(double time, double dt) const;
+  Magnetostatics& field_on(const ParticleGrid& particles);
   MagneticReport find_field(double time, ParticleGrid& particles);
   void solve(double time, ParticleGrid& particles);
   void describe(double time, const ParticleGrid& particles, const MagneticReport& report);

@@ -51,6 +51,10 @@ class NodeForce {
   /// before lacks. Not collective.
   virtual void save(Reals& reals, Integers& integers) const { (void)reals, (void)integers; }
   virtual void load(const Reals& reals, const Integers& integers) { (void)reals, (void)integers; }
+  /// Fields on nodes that a restart must know, if any yet, under the force's name; `load_fields` gets them again, or not from a checkpoint
+  /// of before. Collective.
+  virtual std::optional<BoxFields> save_fields() const { return std::nullopt; }
+  virtual void load_fields(ParticleGrid& particles, const BoxSource& source) { (void)particles, (void)source; }
   /// Its fields at `time`, s, of the particles as they are, for frames; none where it has none. Changes nothing that a step depends on.
   /// Collective.
   virtual std::optional<BoxFields> fields(ParticleGrid& particles, double time) {

@@ -100,6 +100,17 @@ std::optional<BoxFields> Solver::force_fields(double time) {
   return {};
 }
 
+std::vector<BoxFields> Solver::save_force_fields() const {
+  std::vector<BoxFields> all;
+  for (const auto& force : parts_.forces)
+    if (auto fields = force->save_fields()) all.push_back(std::move(*fields));
+  return all;
+}
+
+void Solver::load_force_fields(const BoxSource& source) {
+  for (const auto& force : parts_.forces) force->load_fields(grid_, source);
+}
+
 std::vector<double> Solver::force_history() const {
   std::vector<double> values;
   for (const auto& force : parts_.forces) {

@@ -67,6 +67,9 @@ class Solver {
   /// What the forces must find again after a restart; see NodeForce::save. Not collective.
   void save_forces(Reals& reals, Integers& integers) const { bulkley::save_forces(parts_.forces, reals, integers); }
   void load_forces(const Reals& reals, const Integers& integers) { bulkley::load_forces(parts_.forces, reals, integers); }
+  /// NodeForce::save_fields, load_fields of all forces. Collective.
+  std::vector<BoxFields> save_force_fields() const;
+  void load_force_fields(const BoxSource& source);
 
   /// What each tile holds of this rank's particles. Not collective.
   TileCensus census() const { return grid_.census(); }

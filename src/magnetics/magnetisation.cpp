@@ -79,6 +79,28 @@ double Magnetisation::slope(double H) const {
   return 0.0;
 }
 
+Magnetisation::Response Magnetisation::response(double H) const {
+  const double x = susceptibility * H / saturation;
+  switch (law) {
+    case Law::linear:
+      return {susceptibility * H, susceptibility};
+    case Law::langevin: {
+      if (3.0 * x < small_langevin) return {at(H), slope(H)};
+      const double q = 9.0 * x * x, coth = 1.0 / std::tanh(3.0 * x);
+      return {saturation * (coth - 1.0 / (3.0 * x)), 3.0 * susceptibility * (1.0 / q - (coth * coth - 1.0))};
+    }
+    case Law::froehlich_kennelly: {
+      const double share = 1.0 / (1.0 + x);
+      return {susceptibility * H * share, susceptibility * share * share};
+    }
+    case Law::exponential: {
+      const double change = std::expm1(-x);
+      return {-saturation * change, susceptibility * (1.0 + change)};
+    }
+  }
+  return {0.0, 0.0};
+}
+
 double Magnetisation::co_energy(double H) const {
   const double x = susceptibility * H / saturation;
   const double linear = 0.5 * susceptibility * H * H;

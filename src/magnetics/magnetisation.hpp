@@ -24,6 +24,11 @@ struct Magnetisation {
   double at(double H) const;
   /// dm/dH at `H` >= 0 (A/m). Not collective.
   double slope(double H) const;
+  /// Both at once, A/m and 1. Not collective.
+  struct Response {
+    double magnetisation, slope;
+  };
+  Response response(double H) const;
   /// The co-energy e = integral of m from 0 to `H` >= 0 (A/m), (A/m)^2; times mu_0: J/m^3. Not collective.
   double co_energy(double H) const;
   /// dm/dH at H = 0. Not collective.

@@ -36,10 +36,9 @@ void Magnetostatics::set_layers() {
     along[a].assign(total_.size(), 1.0);
     cross[a].assign(total_.size(), 0.0);
   }
-  for (std::size_t i = 0; i < total_.size(); ++i) {
-    permeability_[i] = 1.0;
-    if (!(total_[i] > 0.0)) continue;
-    const Mat3 permeability = layered(i).permeability;
+  for (std::size_t n = 0; n < filled_.size(); ++n) {
+    const std::size_t i = filled_[n];
+    const Mat3& permeability = layered_states_[n].permeability;
     permeability_[i] = permeability.trace() / 3.0;
     for (int a = 0; a < 3; ++a) {
       along[static_cast<std::size_t>(a)][i] = permeability(a, a);
@@ -83,10 +82,9 @@ void Magnetostatics::set_layered_slopes() {
   std::vector<double> by_content(total_.size(), 0.0);
   std::array<std::vector<double>, 3> by_gradient;
   for (auto& values : by_gradient) values.assign(total_.size(), 0.0);
-  for (std::size_t i = 0; i < total_.size(); ++i) {
-    for (auto& slopes : energy_slopes_) slopes[i] = 0.0;
-    if (!(total_[i] > 0.0)) continue;
-    const LayeredNode node = layered(i);
+  for (std::size_t n = 0; n < filled_.size(); ++n) {
+    const std::size_t i = filled_[n];
+    const LayeredNode& node = layered_states_[n];
     const auto [c, slope] = dilution(total_[i]);
     by_content[i] = 0.5 * (c - total_[i] * slope) * node.depolarised;
     for (int a = 0; a < 3; ++a) by_gradient[static_cast<std::size_t>(a)][i] = node.gradient_slope[a];
@@ -103,9 +101,8 @@ void Magnetostatics::set_layered_slopes() {
       }
     });
   }
-  for (std::size_t i = 0; i < total_.size(); ++i)
-    for (auto& slopes : energy_slopes_)
-      if (total_[i] > 0.0) slopes[i] = vacuum_permeability * (slopes[i] + by_content[i]);
+  for (const std::size_t i : filled_)
+    for (auto& slopes : energy_slopes_) slopes[i] = vacuum_permeability * (slopes[i] + by_content[i]);
 }
 
 }  // namespace bulkley

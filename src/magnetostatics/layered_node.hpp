@@ -20,8 +20,15 @@ class Mixture {
   double at(double h) const {
     return mean([&](const Magnetisation& m) { return m.at(h); });
   }
-  double slope(double h) const {
-    return mean([&](const Magnetisation& m) { return m.slope(h); });
+  Magnetisation::Response response(double h) const {
+    Magnetisation::Response sum{0.0, 0.0};
+    for (std::size_t s = 0; s < materials_.size(); ++s) {
+      const double share = content_[s][node_] / total_;
+      const Magnetisation::Response one = materials_[s].response(h);
+      sum.magnetisation += share * one.magnetisation;
+      sum.slope += share * one.slope;
+    }
+    return sum;
   }
   double initial_susceptibility() const {
     return mean([](const Magnetisation& m) { return m.initial_susceptibility(); });

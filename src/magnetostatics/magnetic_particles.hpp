@@ -30,8 +30,6 @@ class MagneticParticles {
   const std::vector<double>& strengths() const { return strengths_; }
 
   Magnetostatics& field() { return field_; }
-  /// The next solution starts from nothing. Not collective.
-  void forget() { field_.forget(); }
   std::size_t memory() const;
 
  private:

@@ -12,6 +12,8 @@ namespace bulkley {
 namespace {
 
 constexpr int newton_steps = 6;
+constexpr double newton_converged = 1e-8;  // the step after it would be of the order of its square
+constexpr int relaxations = 2;             // of permeabilities at a given potential, before the first sweep
 constexpr int max_iterations = 100;
 
 // (d - 1) (x . n) / |x|^2 over the faces of the box, d being the number of its open axes: the fall of a dipole's potential.
@@ -53,15 +55,6 @@ bool nothing_leaks(const FieldLayout& layout, FarField boundary) {
 }
 
 }  // namespace
-
-// What a node's content makes of the field there.
-struct Magnetostatics::Node {
-  double permeability = 1.0;  // relative
-  double inner = 0.0;         // h, A/m
-  double mean = 0.0;          // magnetisation of the content at h, A/m
-  double dilution = 0.0;      // c
-  double dilution_slope = 0.0;
-};
 
 Magnetostatics::Magnetostatics(const Comm& comm, const FieldLayout& layout, const MagneticsSettings& settings,
                                const Vec3& origin, std::vector<Magnetisation> materials, const AppliedField& applied)
@@ -105,45 +98,28 @@ std::pair<double, double> Magnetostatics::dilution(double total) const {
 }
 
 // (G6): h + N c mean(h) = |H|, by Newton's method from the linear material's h.
-Magnetostatics::Node Magnetostatics::node_state(std::size_t i, double strength) const {
-  Node node;
-  const double total = total_[i];
-  if (!(total > 0.0)) return node;
-  std::tie(node.dilution, node.dilution_slope) = dilution(total);
-  const double Nc = depolarisation_ * node.dilution;
-  const Mixture mixture(materials_, content_, i, total);
-  const double susceptibility = mixture.initial_susceptibility();
-  if (!(strength > 0.0)) {
-    node.permeability = 1.0 + total * susceptibility / (1.0 + Nc * susceptibility);
-    return node;
+void Magnetostatics::find_states() {
+  if (layers_) {
+    for (std::size_t n = 0; n < filled_.size(); ++n) layered_states_[n] = layered(filled_[n]);
+    return;
   }
-  double h = strength / (1.0 + Nc * susceptibility);
-  for (int n = 0; n < newton_steps; ++n) h -= (h + Nc * mixture.at(h) - strength) / (1.0 + Nc * mixture.slope(h));
-  node.inner = h;
-  node.mean = mixture.at(h);
-  node.permeability = 1.0 + total * node.mean / strength;
-  return node;
-}
-
-// `visit(lower node, place among ghosted nodes)` of all edges along `axis` whose ends are in `box` and in the field's box.
-template <class Visit>
-void Magnetostatics::for_edges(int axis, const NodeBox& box, Visit visit) const {
-  const FieldLevel& level = potential_solver_.finest();
-  const LevelShape& shape = level.shape();
-  const NodeBox& ghosted = level.ghosted();
-  Int3 end;
-  for (int b = 0; b < 3; ++b) {
-    const auto a = static_cast<std::size_t>(b);
-    end[a] = box.first[a] + box.count[a] - (b == axis);
-    if (!shape.wraps[a]) end[a] = std::min(end[a], shape.n_nodes[a] - (b == axis));
+  for (std::size_t n = 0; n < filled_.size(); ++n) {
+    const std::size_t i = filled_[n];
+    NodeState& state = states_[n];
+    state.inner = state.mean = 0.0;
+    if (!(strength_[i] > 0.0)) continue;
+    const double Nc = depolarisation_ * state.dilution, strength = strength_[i];
+    const Mixture mixture(materials_, content_, i, total_[i]);
+    double h = strength / (1.0 + Nc * mixture.initial_susceptibility());
+    for (int step = 0; step < newton_steps; ++step) {
+      const Magnetisation::Response m = mixture.response(h);
+      const double change = (h + Nc * m.magnetisation - strength) / (1.0 + Nc * m.slope);
+      h -= change;
+      if (std::abs(change) < newton_converged * h) break;
+    }
+    state.inner = h;
+    state.mean = mixture.at(h);
   }
-  Int3 first = box.first;
-  for (std::size_t a = 0; a < 3; ++a)
-    if (!shape.wraps[a]) first[a] = std::max(first[a], 0);
-  Int3 n;
-  for (n[0] = first[0]; n[0] < end[0]; ++n[0])
-    for (n[1] = first[1]; n[1] < end[1]; ++n[1])
-      for (n[2] = first[2]; n[2] < end[2]; ++n[2]) visit(n, static_cast<std::size_t>(ghosted.index(n)));
 }
 
 // H_0 along an edge at its middle; where that is on a rim, a wire or a dipole, which no material is, a little beside it.
@@ -159,9 +135,20 @@ void Magnetostatics::spread_content(double time, std::span<const std::vector<dou
   std::fill(total_.begin(), total_.end(), 0.0);
   for (const auto& values : content_)
     for (std::size_t i = 0; i < total_.size(); ++i) total_[i] += values[i];
+  filled_.clear();
+  for (std::size_t i = 0; i < total_.size(); ++i)
+    if (total_[i] > 0.0) filled_.push_back(i);
+  std::fill(permeability_.begin(), permeability_.end(), 1.0);
   const FieldLevel& level = potential_solver_.finest();
   level.spread(total_, total_around_);
-  if (layers_) set_gradients();
+  if (layers_) {
+    layered_states_.resize(filled_.size());
+    set_gradients();
+  } else {
+    states_.resize(filled_.size());
+    for (std::size_t n = 0; n < filled_.size(); ++n)
+      std::tie(states_[n].dilution, states_[n].dilution_slope) = dilution(total_[filled_[n]]);
+  }
   const bool stale = time != time_ && applied_.varies();
   for (int axis = 0; axis < 3; ++axis) {
     auto& along = applied_along_[static_cast<std::size_t>(axis)];
@@ -175,9 +162,19 @@ void Magnetostatics::spread_content(double time, std::span<const std::vector<dou
   time_ = time;
 }
 
+// Where there is no field yet, that of a weak one.
 void Magnetostatics::set_permeabilities() {
+  find_states();
   if (layers_) return set_layers();
-  for (std::size_t i = 0; i < permeability_.size(); ++i) permeability_[i] = node_state(i, strength_[i]).permeability;
+  for (std::size_t n = 0; n < filled_.size(); ++n) {
+    const std::size_t i = filled_[n];
+    double ratio = strength_[i] > 0.0 ? states_[n].mean / strength_[i] : 0.0;
+    if (!(strength_[i] > 0.0)) {
+      const double susceptibility = Mixture(materials_, content_, i, total_[i]).initial_susceptibility();
+      ratio = susceptibility / (1.0 + depolarisation_ * states_[n].dilution * susceptibility);
+    }
+    permeability_[i] = 1.0 + total_[i] * ratio;
+  }
   potential_solver_.finest().spread(permeability_, permeability_around_[0]);
 }
 
@@ -273,9 +270,16 @@ MagneticReport Magnetostatics::solve(double time, std::span<const std::vector<do
   const bool here = potential_solver_.has_nodes();
   if (here) {
     spread_content(time, content);
+    std::fill(strength_.begin(), strength_.end(), 0.0);
+    for (auto& values : squares_) std::fill(values.begin(), values.end(), 0.0);
     set_permeabilities();
+    for (int n = 0; n < relaxations && !linear_; ++n) {
+      find_strength();
+      set_permeabilities();
+    }
   }
   MagneticReport report;
+  std::vector<double> before(filled_.size());
   const int n_sweeps = linear_ ? 1 : settings_.picard_limit;
   while (report.n_sweeps < n_sweeps) {
     if (here) {
@@ -290,11 +294,12 @@ MagneticReport Magnetostatics::solve(double time, std::span<const std::vector<do
     double change = 0.0, largest = 1.0;
     if (here) {
       find_strength();
-      const std::vector<double> before = permeability_;
-      if (!linear_) set_permeabilities();
-      for (std::size_t i = 0; i < before.size(); ++i) {
-        change = std::max(change, std::abs(permeability_[i] - before[i]) / before[i]);
-        largest = std::max(largest, permeability_[i]);
+      for (std::size_t n = 0; n < filled_.size(); ++n) before[n] = permeability_[filled_[n]];
+      linear_ ? find_states() : set_permeabilities();
+      for (std::size_t n = 0; n < filled_.size(); ++n) {
+        const double now = permeability_[filled_[n]];
+        change = std::max(change, std::abs(now - before[n]) / before[n]);
+        largest = std::max(largest, now);
       }
     }
     report.change = max_global(all_, change);
@@ -302,170 +307,27 @@ MagneticReport Magnetostatics::solve(double time, std::span<const std::vector<do
     report.settled = linear_ || report.change <= settings_.picard_tolerance;
     if (!report.solved || report.settled) break;
   }
-  if (layers_) {
-    if (here) set_layered_slopes();
-    return report;
-  }
-  for (std::size_t i = 0; i < total_.size(); ++i) {
-    const Node node = node_state(i, strength_[i]);
-    const double mixing = 0.5 * depolarisation_ * (node.dilution - total_[i] * node.dilution_slope) * node.mean * node.mean;
-    for (std::size_t s = 0; s < materials_.size(); ++s)
-      energy_slopes_[s][i] = total_[i] > 0.0 ? vacuum_permeability * (materials_[s].co_energy(node.inner) + mixing) : 0.0;
-  }
+  if (here) set_energy_slopes();
   return report;
 }
 
-void Magnetostatics::forget() {
-  std::fill(potential_.begin(), potential_.end(), 0.0);
-  std::fill(strength_.begin(), strength_.end(), 0.0);
-  for (auto& values : squares_) std::fill(values.begin(), values.end(), 0.0);
+void Magnetostatics::set_energy_slopes() {
+  for (auto& slopes : energy_slopes_) std::fill(slopes.begin(), slopes.end(), 0.0);
+  if (layers_) return set_layered_slopes();
+  for (std::size_t n = 0; n < filled_.size(); ++n) {
+    const std::size_t i = filled_[n];
+    const NodeState& state = states_[n];
+    const double mixing =
+        0.5 * depolarisation_ * (state.dilution - total_[i] * state.dilution_slope) * state.mean * state.mean;
+    for (std::size_t s = 0; s < materials_.size(); ++s)
+      energy_slopes_[s][i] = vacuum_permeability * (materials_[s].co_energy(state.inner) + mixing);
+  }
 }
 
 std::size_t Magnetostatics::memory() const {
   const std::size_t n_owned = (5 + 2 * materials_.size() + (layers_ ? 9 : 0)) * potential_.size();
   const std::size_t n_ghosted = (layers_ ? 11 : 6) * potential_around_.size();
   return (n_owned + n_ghosted) * sizeof(double) + potential_solver_.memory() + (petsc_ ? petsc_->memory() : 0);
-}
-
-double Magnetostatics::co_energy() {
-  std::vector<double> addends;
-  if (potential_solver_.has_nodes()) {
-    addends.reserve(5 * potential_.size());  // edges, leaks, and content where there is any
-    const FieldLevel& level = potential_solver_.finest();
-    const LevelShape& shape = level.shape();
-    const NodeBox& owned = level.owned();
-    for (int axis = 0; axis < 3; ++axis) {
-      const auto a = static_cast<std::size_t>(axis);
-      const auto next = static_cast<std::size_t>(level.ghosted().stride(axis));
-      NodeBox edges = owned;
-      ++edges.count[a];
-      for_edges(axis, edges, [&](const Int3& n, std::size_t at) {
-        const double applied = applied_along_[a][at];
-        const double slope = (potential_around_[at + next] - potential_around_[at]) / spacing_;
-        double energy = 0.5 * slope * slope;
-        if (!std::isnan(applied)) {
-          const double field = applied - slope;
-          const auto shares = half_edge_shares(around(axis)[at], around(axis)[at + next]);
-          energy = 0.25 * field * field * (shares[0] * shares[0] + shares[1] * shares[1]) - applied * field +
-                   0.5 * applied * applied;
-        }
-        addends.push_back(shape.share_across(axis, n) * energy);
-      });
-    }
-    for (std::size_t i = 0; i < total_.size(); ++i) {
-      addends.push_back(0.5 * level.leak[i] * potential_[i] * potential_[i] / (spacing_ * spacing_));
-      if (!(total_[i] > 0.0)) continue;
-      double inner, energy;
-      if (layers_) {
-        const LayeredNode node = layered(i);
-        inner = node.inner;
-        energy = 0.5 * dilution(total_[i]).first * total_[i] * node.depolarised;
-      } else {
-        const Node node = node_state(i, strength_[i]);
-        inner = node.inner;
-        energy = 0.5 * depolarisation_ * node.dilution * total_[i] * node.mean * node.mean;
-      }
-      for (std::size_t s = 0; s < materials_.size(); ++s) energy += content_[s][i] * materials_[s].co_energy(inner);
-      addends.push_back(energy);
-    }
-  }
-  return vacuum_permeability * spacing_ * spacing_ * spacing_ * reproducible_sum(all_, addends);
-}
-
-Vec3 Magnetostatics::moment() {
-  Vec3 sum = Vec3::Zero();
-  for (int axis = 0; axis < 3; ++axis) {
-    std::vector<double> addends;
-    if (potential_solver_.has_nodes()) {
-      const auto a = static_cast<std::size_t>(axis);
-      NodeBox edges = potential_solver_.finest().owned();
-      ++edges.count[a];
-      for_edges(axis, edges, [&](const Int3&, std::size_t at) {
-        if (!std::isnan(applied_along_[a][at]))
-          addends.push_back((potential_solver_.edges(axis)[at] - 1.0) * edge_field(axis, at));
-      });
-      if (layers_)
-        for_crossed(axis, [&](double coupling, int b, std::ptrdiff_t at, const Int3&) {
-          addends.push_back(coupling * central_field(b, at));
-        });
-    }
-    sum[axis] = spacing_ * spacing_ * spacing_ * reproducible_sum(all_, addends);
-  }
-  return sum;
-}
-
-BoxFields Magnetostatics::shown() const {
-  const FieldLevel& level = potential_solver_.finest();
-  const LevelShape& shape = level.shape();
-  BoxFields box{"magnetic_field", shape.origin, spacing_, shape.n_nodes, {0, 0, 0}, {0, 0, 0}, {}};
-  const std::size_t n = potential_solver_.has_nodes() ? potential_.size() : 0;
-  std::vector<std::vector<double>> field(3, std::vector<double>(n)), flux = field;
-  if (n > 0) {
-    const NodeBox &owned = level.owned(), &ghosted = level.ghosted();
-    box.first = owned.first;
-    box.count = owned.count;
-    Int3 node;
-    std::size_t own = 0;
-    for (node[0] = owned.first[0]; node[0] < owned.first[0] + owned.count[0]; ++node[0])
-      for (node[1] = owned.first[1]; node[1] < owned.first[1] + owned.count[1]; ++node[1])
-        for (node[2] = owned.first[2]; node[2] < owned.first[2] + owned.count[2]; ++node[2], ++own) {
-          const Vec3 applied = applied_.at(shape.position(node), time_);
-          for (int axis = 0; axis < 3; ++axis) {
-            const auto a = static_cast<std::size_t>(axis);
-            const auto at = static_cast<std::size_t>(ghosted.index(node)),
-                       next = static_cast<std::size_t>(ghosted.stride(axis));
-            double n_edges = 0.0;
-            for (const bool below : {true, false}) {
-              if (!shape.wraps[a] && node[a] == (below ? 0 : shape.n_nodes[a] - 1)) continue;
-              const std::size_t edge = below ? at - next : at;
-              const double strength = applied[axis] - (potential_around_[edge + next] - potential_around_[edge]) / spacing_;
-              field[a][own] += strength;
-              flux[a][own] += vacuum_permeability * potential_solver_.edges(axis)[edge] * strength;
-              n_edges += 1.0;
-            }
-            field[a][own] /= n_edges;
-            flux[a][own] /= n_edges;
-          }
-          for (int axis = 0; layers_ && axis < 3; ++axis)
-            for (const int b : {(axis + 1) % 3, (axis + 2) % 3})
-              flux[static_cast<std::size_t>(axis)][own] +=
-                  vacuum_permeability *
-                  level.cross[static_cast<std::size_t>(3 - axis - b)][static_cast<std::size_t>(ghosted.index(node))] *
-                  field[static_cast<std::size_t>(b)][own];
-        }
-  }
-  const auto owned_part = [n](std::span<const double> values) {
-    return std::vector<double>(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(n));
-  };
-  box.fields = {{"potential", "A", "phi, of what material adds to the applied field", {owned_part(potential_)}},
-                {"field", "A/m", "H", field},
-                {"flux_density", "T", "B", flux},
-                {"content", "1", "reference volume of magnetic material over a cell's", {owned_part(total_)}}};
-  return box;
-}
-
-double Magnetostatics::source_work(double time) {
-  if (!applied_.varies()) return 0.0;
-  std::vector<double> addends;
-  if (potential_solver_.has_nodes()) {
-    const FieldLevel& level = potential_solver_.finest();
-    for (int axis = 0; axis < 3; ++axis) {
-      const auto a = static_cast<std::size_t>(axis);
-      NodeBox edges = level.owned();
-      ++edges.count[a];
-      for_edges(axis, edges, [&](const Int3& n, std::size_t at) {
-        const double magnetised = potential_solver_.edges(axis)[at] - 1.0;
-        if (std::isnan(applied_along_[a][at]) || magnetised == 0.0) return;
-        const double change = applied_at(axis, n, time) - applied_along_[a][at];
-        addends.push_back(level.shape().share_across(axis, n) * magnetised * edge_field(axis, at) * change);
-      });
-      if (layers_)
-        for_crossed(axis, [&](double coupling, int b, std::ptrdiff_t at, const Int3& n) {
-          addends.push_back(coupling * central_field(b, at) * (central_applied(axis, n, time) - central_applied(axis, at)));
-        });
-    }
-  }
-  return -vacuum_permeability * spacing_ * spacing_ * spacing_ * reproducible_sum(all_, addends);
 }
 
 }  // namespace bulkley

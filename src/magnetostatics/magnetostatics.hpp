@@ -2,6 +2,7 @@
 // The magnetic field in and around magnetic materials on a box of nodes, from the content of its nodes (docs/theory.md, "Magnetic
 // fields").
 
+#include <algorithm>
 #include <limits>
 #include <optional>
 #include <span>
@@ -37,19 +38,21 @@ class Magnetostatics {
   const FieldGrid& grid() const { return potential_solver_.finest().grid(); }
   const PotentialSolver& potential_solver() const { return potential_solver_; }
 
-  /// `content`: by material, by owned node: the reference volume that particles give the node, over a cell's. Starts from the last
-  /// solution. Collective.
+  /// `content`: by material, by owned node: the reference volume that particles give the node, over a cell's. Starts from the potential
+  /// of the last solution, or the one that was set, and from nothing else: a restart needs no more. Collective.
   MagneticReport solve(double time, std::span<const std::vector<double>> content);
 
   /// Of the last solution, by owned node: phi, A; |H|, A/m, and mu_0 dw/dtheta (G9), J/m^3, of each material, right where there is
   /// material and zero elsewhere.
-  std::span<const double> potential() const { return potential_; }
+  const std::vector<double>& potential() const { return potential_; }
   std::span<const double> strength() const { return strength_; }
   std::span<const double> energy_slope(std::size_t material) const { return energy_slopes_[material]; }
-  /// The next solution starts from nothing. Not collective.
-  void forget();
+  /// Where the next solution starts; fields and energies are those of the last one all the same. Not collective.
+  void set_potential(std::vector<double> potential) { potential_ = std::move(potential); }
   std::size_t memory() const;
 
+  /// This rank's part of the nodes, without fields. Not collective.
+  BoxFields box() const;
   /// For frames, group magnetic_field: `potential` phi, `field` H, `flux_density` B (means of the edges on both sides of a node) and
   /// `content` theta. Inside a magnet, where H_0 is its B/mu_0, H is B/mu_0 too. Not collective.
   BoxFields shown() const;
@@ -62,16 +65,24 @@ class Magnetostatics {
   double source_work(double time);
 
  private:
-  struct Node;
-  Node node_state(std::size_t i, double strength) const;
+  /// What a node's content makes of the field there.
+  struct NodeState {
+    double dilution = 0.0, dilution_slope = 0.0;  ///< c
+    double inner = 0.0;                           ///< h, A/m
+    double mean = 0.0;                            ///< magnetisation of the content at h, A/m
+  };
+  void find_states();
   void spread_content(double time, std::span<const std::vector<double>> content);
   void set_permeabilities();
+  void set_energy_slopes();
   void set_edges();
   void set_right_side();
   PotentialReport find_potential();
   void find_strength();
+  /// `visit(lower node, place among ghosted nodes)` of all edges along `axis` whose ends are in `box` and in the field's box.
   template <class Visit>
   void for_edges(int axis, const NodeBox& box, Visit visit) const;
+  std::pair<double, double> shown_along(int axis, const Int3& node, double applied) const;
   double applied_at(int axis, const Int3& n, double time) const;
   std::pair<double, double> dilution(double total) const;
   /// By ghosted node: of the edges along an axis.
@@ -104,6 +115,10 @@ class Magnetostatics {
   PotentialSolver potential_solver_;
   std::optional<PetscPotential> petsc_;  // in its place, where the settings say so
   double time_ = std::numeric_limits<double>::quiet_NaN();
+  // Of owned nodes with content: which they are, and their states; the latter with layers or without.
+  std::vector<std::size_t> filled_;
+  std::vector<NodeState> states_;
+  std::vector<LayeredNode> layered_states_;
   // By owned node.
   std::vector<std::vector<double>> content_;
   std::vector<double> total_, permeability_, strength_, potential_, right_;
@@ -116,6 +131,25 @@ class Magnetostatics {
   std::array<std::vector<double>, 3> permeability_around_;  // of edges along each axis; the first one only without layers
   std::array<std::vector<double>, 3> applied_along_;        // A/m; NaN where not needed so far
 };
+
+template <class Visit>
+void Magnetostatics::for_edges(int axis, const NodeBox& box, Visit visit) const {
+  const FieldLevel& level = potential_solver_.finest();
+  const LevelShape& shape = level.shape();
+  const NodeBox& ghosted = level.ghosted();
+  Int3 first = box.first, end;
+  for (int b = 0; b < 3; ++b) {
+    const auto a = static_cast<std::size_t>(b);
+    end[a] = box.first[a] + box.count[a] - (b == axis);
+    if (shape.wraps[a]) continue;
+    first[a] = std::max(first[a], 0);
+    end[a] = std::min(end[a], shape.n_nodes[a] - (b == axis));
+  }
+  Int3 n;
+  for (n[0] = first[0]; n[0] < end[0]; ++n[0])
+    for (n[1] = first[1]; n[1] < end[1]; ++n[1])
+      for (n[2] = first[2]; n[2] < end[2]; ++n[2]) visit(n, static_cast<std::size_t>(ghosted.index(n)));
+}
 
 template <class Visit>
 void Magnetostatics::for_crossed(int axis, Visit visit) const {

@@ -93,6 +93,7 @@ GlobalIndex Run::restore() {
   Partition partition = first_partition(comm, scene, census, state.cost);
   solver = std::make_unique<Solver>(comm, physics_of(scene), std::move(partition), std::move(particles), state.bounds);
   solver->load_forces(state.force_reals, state.force_integers);
+  solver->load_force_fields([&](BoxFields& box) { return read_box(comm, file, box); });
   ContactImpulses impulses = no_contact_impulses(solver->physics());
   if (state.contact_impulses.size() == impulses.words().size()) {
     impulses.set_words(state.contact_impulses);

@@ -8,6 +8,7 @@
 #include <fmt/ranges.h>
 
 #include "io/arrays/array_file.hpp"
+#include "io/arrays/box_array.hpp"
 #include "io/arrays/checksum.hpp"
 #include "io/arrays/particle_array.hpp"
 #include "io/checkpoint/header.hpp"
@@ -120,6 +121,14 @@ void remove_old(const std::string& folder, GlobalIndex step, int keep) {
   for (std::size_t i = 0; i + static_cast<std::size_t>(keep) < names.size(); ++i) remove_checkpoint(folder, names[i]);
 }
 
+std::vector<std::string> other_arrays(const Hdf5Reader& file) {
+  std::vector<std::string> paths{"/particles/connectivity"};
+  for (const std::string& group : file.members("/"))
+    if (group != "particles" && group != "state")
+      for (const std::string& member : file.members("/" + group)) paths.push_back(fmt::format("/{}/{}", group, member));
+  return paths;
+}
+
 using FieldsOf = std::function<std::vector<FieldInfo>(const Hdf5Reader&)>;
 using RowSink = std::function<void(const FieldInfo&, GlobalIndex row, GlobalIndex n, const std::byte* rows)>;
 
@@ -145,7 +154,9 @@ void read_fields(const Comm& comm, const std::string& file, const CheckpointHead
     }
   });
   check_pieces(comm, file, names, stored, pieces);
-  verify_arrays(comm, file, {"/particles/connectivity"});
+  std::string others;  // arrays that are no fields of particles
+  root_guard(comm, [&] { others = join_lines(other_arrays(Hdf5Reader(file))); });
+  verify_arrays(comm, file, split_lines(broadcast_text(comm, std::move(others))));
   check.throw_if_any(comm);
 }
 
@@ -162,7 +173,8 @@ GlobalIndex checkpoint_bytes(const OptionalFields& fields, GlobalIndex n_particl
 }
 
 void write_checkpoint(const Comm& comm, const std::string& folder, const CheckpointHeader& given,
-                      const ParticleSet& particles, std::span<const std::string> material_names, int keep) {
+                      const ParticleSet& particles, std::span<const std::string> material_names, int keep,
+                      std::span<const BoxFields> boxes) {
   const ParticleRange range = particle_range(comm, particles);
   CheckpointHeader header = given;
   header.n_particles = range.total;
@@ -185,6 +197,7 @@ void write_checkpoint(const Comm& comm, const std::string& folder, const Checkpo
     content.arrays.push_back(std::move(array));
   }
   content.arrays.push_back(connectivity_array(range));
+  for (const BoxFields& box : boxes) add_box(content, box, ArrayType::float64);
 
   write_array_file(comm, file, content);
   root_guard(comm, [&] {
@@ -232,6 +245,12 @@ void read_checkpoint(const Comm& comm, const std::string& file, GlobalIndex firs
               [&](const FieldInfo& field, GlobalIndex row, GlobalIndex n, const std::byte* rows) {
                 rows_to_field(rows, field, row, n, particles);
               });
+}
+
+bool read_box(const Comm& comm, const std::string& file, BoxFields& box) {
+  bool read = false;
+  collective_guard(comm, [&] { read = read_box(Hdf5Reader(file), box); });
+  return read;
 }
 
 std::optional<std::string> find_latest_checkpoint(const Comm& comm, const std::string& folder,

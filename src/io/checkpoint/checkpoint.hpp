@@ -3,7 +3,7 @@
 //
 // One file, checkpoint_STEP.h5 (docs/architecture.md, "Files"): /particles holds every field that the field table marks as
 // written, as (N), (N,3), (N,3,3) or (N,6: xx yy zz xy yz xz); the attributes of / hold the header; those of /state the
-// controller's numbers.
+// controller's numbers; a force's fields on nodes are in a group of their own.
 
 #include <functional>
 #include <map>
@@ -14,6 +14,7 @@
 
 #include "bulkley/parallel/comm.hpp"
 #include "bulkley/particle/particle_set.hpp"
+#include "grid/box_fields.hpp"
 
 namespace bulkley {
 
@@ -34,11 +35,12 @@ struct CheckpointHeader {
 };
 
 /// Writes `folder`/checkpoint_STEP.h5 and its XDMF sidecar, then removes the oldest checkpoints beyond the `keep` newest
-/// up to this step, and leftovers of interrupted writes. The root's header is the one that counts; its n_ranks is set to the
+/// up to this step, and leftovers of interrupted writes. `boxes`: further fields, on nodes. The root's header is the one that counts; its n_ranks is set to the
 /// number of ranks. Throws RunError, also when a particle fails verify_checkpoint, and then older checkpoints
 /// are all still there. Collective.
 void write_checkpoint(const Comm& comm, const std::string& folder, const CheckpointHeader& header,
-                      const ParticleSet& particles, std::span<const std::string> material_names, int keep);
+                      const ParticleSet& particles, std::span<const std::string> material_names, int keep,
+                      std::span<const BoxFields> boxes = {});
 
 /// Bytes of a checkpoint of `n_particles` that have these optional fields, but for some kilobytes of header. Not collective.
 GlobalIndex checkpoint_bytes(const OptionalFields& fields, GlobalIndex n_particles);
@@ -59,6 +61,9 @@ CheckpointHeader verify_checkpoint(const Comm& comm, const std::string& file);
 /// are not written are zero. Checks what verify_checkpoint checks. Throws RunError. Collective.
 void read_checkpoint(const Comm& comm, const std::string& file, GlobalIndex first, GlobalIndex count,
                      ParticleSet& particles);
+
+/// read_box (io/arrays/box_array.hpp) of a checkpoint whose checksums read_checkpoint has compared. Throws RunError. Collective.
+bool read_box(const Comm& comm, const std::string& file, BoxFields& box);
 
 /// The newest whole checkpoint in `folder`, every checksum verified. A damaged newer one is passed over with a sentence in
 /// `warnings`; none at all gives nothing. Collective.

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "io/arrays/array_file.hpp"
+#include "io/arrays/box_array.hpp"
 #include "io/files/text_file.hpp"
 #include "io/frames/frame_fields.hpp"
 
@@ -33,12 +33,6 @@ void add_grid(FileContent& content, const GridNodes& nodes, FloatPrecision preci
   content.attributes.push_back({"/grid", "origin", origin});
   content.attributes.push_back({"/grid", "cell_size", grid.cell_size});
   for (Array& array : grid_arrays(nodes, precision)) content.arrays.push_back(std::move(array));
-}
-
-void add_box(FileContent& content, const BoxFields& box, FloatPrecision precision) {
-  content.attributes.push_back({"/" + box.name, "origin", std::vector<double>{box.origin[0], box.origin[1], box.origin[2]}});
-  content.attributes.push_back({"/" + box.name, "cell_size", box.spacing});
-  for (Array& array : box_arrays(box, precision)) content.arrays.push_back(std::move(array));
 }
 
 // A tile is drawn where its particles lie; its nodes begin half a cell (quadratic splines) or a cell (cubic) below. Along a
@@ -96,7 +90,7 @@ void write_frame_file(const Comm& comm, const std::string& file, const FrameInfo
   content.arrays = particle_arrays(settings, range, particles, comm.rank());
   if (nodes) add_grid(content, *nodes, settings.precision);
   if (tiles) add_tiles(comm, content, *tiles);
-  if (box) add_box(content, *box, settings.precision);
+  if (box) add_box(content, *box, settings.precision == FloatPrecision::float32 ? ArrayType::float32 : ArrayType::float64);
   if (colliders) colliders->add_to_frame(comm, info.time, content);
 
   write_array_file(comm, file, content);

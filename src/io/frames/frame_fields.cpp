@@ -145,37 +145,6 @@ std::vector<Array> grid_arrays(const GridNodes& nodes, FloatPrecision precision)
   return {mass, velocity};
 }
 
-std::vector<Array> box_arrays(const BoxFields& box, FloatPrecision precision) {
-  std::vector<Array> arrays;
-  for (const BoxFields::Field& field : box.fields) {
-    Array array;
-    array.path = "/" + box.name + "/" + field.name;
-    array.type = real_type(precision);
-    array.unit = field.unit;
-    array.meaning = field.meaning;
-    for (std::size_t axis : {2u, 1u, 0u}) {
-      array.shape.push_back(box.n_nodes[axis]);
-      array.start.push_back(box.first[axis]);
-      array.count.push_back(box.count[axis]);
-    }
-    const auto n_components = static_cast<int>(field.components.size());
-    if (n_components > 1) {
-      array.shape.push_back(n_components);
-      array.start.push_back(0);
-      array.count.push_back(n_components);
-    }
-    array.fill = [&box, &field, precision](GlobalIndex first, GlobalIndex n, std::byte* out) {
-      for (GlobalIndex k = first; k < first + n; ++k)
-        for (GlobalIndex j = 0; j < box.count[1]; ++j)
-          for (GlobalIndex i = 0; i < box.count[0]; ++i)
-            for (const std::vector<double>& values : field.components)
-              store_reals(&values[static_cast<std::size_t>((i * box.count[1] + j) * box.count[2] + k)], 1, precision, out);
-    };
-    arrays.push_back(std::move(array));
-  }
-  return arrays;
-}
-
 namespace {
 
 /// z-planes of tiles that this rank writes; a rank may have none.

@@ -13,9 +13,6 @@ Array frame_array(const std::string& name, FloatPrecision precision, const Parti
 /// /grid/mass_density and /grid/velocity, (nz, ny, nx) and (nz, ny, nx, 3).
 std::vector<Array> grid_arrays(const GridNodes& nodes, FloatPrecision precision);
 
-/// Every field of `box` in its group, (nz, ny, nx) or (nz, ny, nx, 3). `box` must outlive the arrays.
-std::vector<Array> box_arrays(const BoxFields& box, FloatPrecision precision);
-
 /// /tiles/rank, /tiles/particles and /tiles/load, (nz, ny, nx) of tiles; each rank writes a part of the z-planes.
 std::vector<Array> tile_arrays(const Comm& comm, const TileValues& tiles);
 

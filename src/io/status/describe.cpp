@@ -12,7 +12,7 @@ namespace {
 
 std::vector<std::string> all_arrays(const Hdf5Reader& file) {
   std::vector<std::string> paths;
-  for (const char* group : {"/particles", "/grid", "/tiles"})
+  for (const char* group : {"/particles", "/grid", "/tiles", "/magnetic_field"})
     if (file.has(group))
       for (const std::string& member : file.members(group)) paths.push_back(fmt::format("{}/{}", group, member));
   return paths;

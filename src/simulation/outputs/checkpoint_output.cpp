@@ -45,8 +45,9 @@ void CheckpointOutput::write(Run& run) {
   state.energy_words = run.solver->energy_words();
   run.solver->save_forces(state.force_reals, state.force_integers);
   save_state(state, header.reals, header.integers);
+  const std::vector<BoxFields> boxes = run.solver->save_force_fields();
   write_checkpoint(run.comm, run.options.folder, header, run.solver->particles(), material_names(run.scene),
-                   run.scene.checkpoint.keep);
+                   run.scene.checkpoint.keep, boxes);
   const double now = MPI_Wtime();
   run.last_checkpoint = {file, state.step, now, now - before};
   run.progress.checkpoint_time = state.time;

@@ -1,0 +1,150 @@
+// What a solved magnetic field is asked for: energies, moments, and fields for frames.
+#include <cmath>
+#include <tuple>
+
+#include "magnetostatics/magnetostatics.hpp"
+#include "parallel/reproducible_sum.hpp"
+
+namespace bulkley {
+
+double Magnetostatics::co_energy() {
+  std::vector<double> addends;
+  if (potential_solver_.has_nodes()) {
+    addends.reserve(5 * potential_.size());  // edges, leaks, and content where there is any
+    const FieldLevel& level = potential_solver_.finest();
+    const LevelShape& shape = level.shape();
+    const NodeBox& owned = level.owned();
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto a = static_cast<std::size_t>(axis);
+      const auto next = static_cast<std::size_t>(level.ghosted().stride(axis));
+      NodeBox edges = owned;
+      ++edges.count[a];
+      for_edges(axis, edges, [&](const Int3& n, std::size_t at) {
+        const double applied = applied_along_[a][at];
+        const double slope = (potential_around_[at + next] - potential_around_[at]) / spacing_;
+        double energy = 0.5 * slope * slope;
+        if (!std::isnan(applied)) {
+          const double field = applied - slope;
+          const auto shares = half_edge_shares(around(axis)[at], around(axis)[at + next]);
+          energy = 0.25 * field * field * (shares[0] * shares[0] + shares[1] * shares[1]) - applied * field +
+                   0.5 * applied * applied;
+        }
+        addends.push_back(shape.share_across(axis, n) * energy);
+      });
+    }
+    for (std::size_t i = 0; i < total_.size(); ++i)
+      if (level.leak[i] > 0.0)
+        addends.push_back(0.5 * level.leak[i] * potential_[i] * potential_[i] / (spacing_ * spacing_));
+    for (std::size_t n = 0; n < filled_.size(); ++n) {
+      const std::size_t i = filled_[n];
+      const double inner = layers_ ? layered_states_[n].inner : states_[n].inner;
+      double energy = layers_ ? dilution(total_[i]).first * layered_states_[n].depolarised
+                              : depolarisation_ * states_[n].dilution * states_[n].mean * states_[n].mean;
+      energy *= 0.5 * total_[i];
+      for (std::size_t s = 0; s < materials_.size(); ++s) energy += content_[s][i] * materials_[s].co_energy(inner);
+      addends.push_back(energy);
+    }
+  }
+  return vacuum_permeability * spacing_ * spacing_ * spacing_ * reproducible_sum(all_, addends);
+}
+
+Vec3 Magnetostatics::moment() {
+  Vec3 sum = Vec3::Zero();
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> addends;
+    if (potential_solver_.has_nodes()) {
+      const auto a = static_cast<std::size_t>(axis);
+      NodeBox edges = potential_solver_.finest().owned();
+      ++edges.count[a];
+      for_edges(axis, edges, [&](const Int3&, std::size_t at) {
+        if (!std::isnan(applied_along_[a][at]))
+          addends.push_back((potential_solver_.edges(axis)[at] - 1.0) * edge_field(axis, at));
+      });
+      if (layers_)
+        for_crossed(axis, [&](double coupling, int b, std::ptrdiff_t at, const Int3&) {
+          addends.push_back(coupling * central_field(b, at));
+        });
+    }
+    sum[axis] = spacing_ * spacing_ * spacing_ * reproducible_sum(all_, addends);
+  }
+  return sum;
+}
+
+BoxFields Magnetostatics::box() const {
+  const FieldLevel& level = potential_solver_.finest();
+  BoxFields box{"magnetic_field", level.shape().origin, spacing_, level.shape().n_nodes, {0, 0, 0}, {0, 0, 0}, {}};
+  if (!potential_solver_.has_nodes()) return box;
+  box.first = level.owned().first;
+  box.count = level.owned().count;
+  return box;
+}
+
+// H and B along an axis at a node: means of its edges.
+std::pair<double, double> Magnetostatics::shown_along(int axis, const Int3& node, double applied) const {
+  const FieldLevel& level = potential_solver_.finest();
+  const auto a = static_cast<std::size_t>(axis);
+  const auto at = static_cast<std::size_t>(level.ghosted().index(node)),
+             next = static_cast<std::size_t>(level.ghosted().stride(axis));
+  double field = 0.0, flux = 0.0, n_edges = 0.0;
+  for (const bool below : {true, false}) {
+    if (!level.shape().wraps[a] && node[a] == (below ? 0 : level.shape().n_nodes[a] - 1)) continue;
+    const std::size_t edge = below ? at - next : at;
+    const double strength = applied - (potential_around_[edge + next] - potential_around_[edge]) / spacing_;
+    field += strength;
+    flux += vacuum_permeability * potential_solver_.edges(axis)[edge] * strength;
+    n_edges += 1.0;
+  }
+  return {field / n_edges, flux / n_edges};
+}
+
+BoxFields Magnetostatics::shown() const {
+  const FieldLevel& level = potential_solver_.finest();
+  BoxFields shown = box();
+  const std::size_t n = potential_.size();
+  std::vector<std::vector<double>> field(3, std::vector<double>(n)), flux = field;
+  for_rows(NodeBox{shown.first, shown.count}, [&](int i, int j) {
+    for (int k = shown.first[2]; k < shown.first[2] + shown.count[2]; ++k) {
+      const Int3 node{i, j, k};
+      const auto own = static_cast<std::size_t>(level.owned().index(node));
+      const Vec3 applied = applied_.at(level.shape().position(node), time_);
+      for (std::size_t a = 0; a < 3; ++a)
+        std::tie(field[a][own], flux[a][own]) = shown_along(static_cast<int>(a), node, applied[static_cast<int>(a)]);
+    }
+  });
+  for (int axis = 0; axis < 3 && layers_ && n > 0; ++axis)
+    for_crossed(axis, [&](double coupling, int b, std::ptrdiff_t, const Int3& node) {
+      const auto own = static_cast<std::size_t>(level.owned().index(node));
+      flux[static_cast<std::size_t>(axis)][own] += vacuum_permeability * coupling * field[static_cast<std::size_t>(b)][own];
+    });
+  shown.fields = {{"potential", "A", "phi, of what material adds to the applied field", {potential_}},
+                  {"field", "A/m", "H", field},
+                  {"flux_density", "T", "B", flux},
+                  {"content", "1", "reference volume of magnetic material over a cell's", {total_}}};
+  return shown;
+}
+
+double Magnetostatics::source_work(double time) {
+  if (!applied_.varies()) return 0.0;
+  std::vector<double> addends;
+  if (potential_solver_.has_nodes()) {
+    const FieldLevel& level = potential_solver_.finest();
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto a = static_cast<std::size_t>(axis);
+      NodeBox edges = level.owned();
+      ++edges.count[a];
+      for_edges(axis, edges, [&](const Int3& n, std::size_t at) {
+        const double magnetised = potential_solver_.edges(axis)[at] - 1.0;
+        if (std::isnan(applied_along_[a][at]) || magnetised == 0.0) return;
+        const double change = applied_at(axis, n, time) - applied_along_[a][at];
+        addends.push_back(level.shape().share_across(axis, n) * magnetised * edge_field(axis, at) * change);
+      });
+      if (layers_)
+        for_crossed(axis, [&](double coupling, int b, std::ptrdiff_t at, const Int3& n) {
+          addends.push_back(coupling * central_field(b, at) * (central_applied(axis, n, time) - central_applied(axis, at)));
+        });
+    }
+  }
+  return -vacuum_permeability * spacing_ * spacing_ * spacing_ * reproducible_sum(all_, addends);
+}
+
+}  // namespace bulkley
