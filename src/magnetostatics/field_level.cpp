@@ -47,21 +47,54 @@ FieldLevel::FieldLevel(const Comm& comm, const LevelShape& shape, const FieldLay
     ghosted_.first[a] = owned_.first[a] - 1;
     ghosted_.count[a] = owned_.count[a] + 2;
   }
-  global_ = grid_.create_global();
-  local_ = grid_.create_local();
+  BULKLEY_PETSC(DMDAGetScatter(grid_.dm(), &to_ghosted_, nullptr));
   for (auto& values : conductance) values.assign(ghosted_.size(), 0.0);
   leak.assign(owned_.size(), 0.0);
-  inverse_diagonal.assign(owned_.size(), 0.0);
+  for (auto& values : single_.conductance) values.assign(ghosted_.size(), 0.0f);
+  single_.leak.assign(owned_.size(), 0.0f);
+  single_.inverse_diagonal.assign(owned_.size(), 0.0f);
   scratch_.assign(owned_.size(), 0.0);
 }
 
+namespace {
+
+template <class Real>
+void spread_values(PetscSF to_ghosted, MPI_Datatype type, std::span<const Real> owned, std::span<Real> ghosted) {
+  BULKLEY_PETSC(PetscSFBcastBegin(to_ghosted, type, owned.data(), ghosted.data(), MPI_REPLACE));
+  BULKLEY_PETSC(PetscSFBcastEnd(to_ghosted, type, owned.data(), ghosted.data(), MPI_REPLACE));
+}
+
+// out = leak x + sum of conductance (x - that of the neighbour).
+template <class Real>
+void multiply_by(const NodeBox& owned, const NodeBox& ghosted, const std::array<std::vector<Real>, 3>& conductance,
+                 const std::vector<Real>& leak, std::span<const Real> x, std::span<Real> y) {
+  const std::ptrdiff_t sx = ghosted.stride(0), sy = ghosted.stride(1);
+  const int n = owned.count[2];
+  for_rows(owned, [&](int i, int j) {
+    const std::ptrdiff_t at = ghosted.index(i, j, owned.first[2]), from = owned.index(i, j, owned.first[2]);
+    const Real* const v = x.data() + at;
+    const Real* const cx = conductance[0].data() + at;
+    const Real* const cy = conductance[1].data() + at;
+    const Real* const cz = conductance[2].data() + at;
+    const Real* const out = leak.data() + from;
+    Real* const to = y.data() + from;
+    for (int k = 0; k < n; ++k) {
+      const Real here = v[k];
+      to[k] = out[k] * here + (cx[k] * (here - v[k + sx]) + cx[k - sx] * (here - v[k - sx])) +
+              (cy[k] * (here - v[k + sy]) + cy[k - sy] * (here - v[k - sy])) +
+              (cz[k] * (here - v[k + 1]) + cz[k - 1] * (here - v[k - 1]));
+    }
+  });
+}
+
+}  // namespace
+
 void FieldLevel::spread(std::span<const double> owned, std::span<double> ghosted) const {
-  BULKLEY_PETSC(VecPlaceArray(global_.get(), owned.data()));
-  BULKLEY_PETSC(VecPlaceArray(local_.get(), ghosted.data()));
-  BULKLEY_PETSC(DMGlobalToLocalBegin(grid_.dm(), global_.get(), INSERT_VALUES, local_.get()));
-  BULKLEY_PETSC(DMGlobalToLocalEnd(grid_.dm(), global_.get(), INSERT_VALUES, local_.get()));
-  BULKLEY_PETSC(VecResetArray(local_.get()));
-  BULKLEY_PETSC(VecResetArray(global_.get()));
+  spread_values(to_ghosted_, MPI_DOUBLE, owned, ghosted);
+}
+
+void FieldLevel::spread(std::span<const float> owned, std::span<float> ghosted) const {
+  spread_values(to_ghosted_, MPI_FLOAT, owned, ghosted);
 }
 
 void FieldLevel::refresh(std::span<double> ghosted) {
@@ -72,42 +105,33 @@ void FieldLevel::refresh(std::span<double> ghosted) {
   spread(scratch_, ghosted);
 }
 
-void FieldLevel::set_diagonal() {
+void FieldLevel::set_single() {
+  for (std::size_t a = 0; a < 3; ++a)
+    for (std::size_t i = 0; i < conductance[a].size(); ++i)
+      single_.conductance[a][i] = static_cast<float>(conductance[a][i]);
   for_rows(owned_, [&](int i, int j) {
     const std::ptrdiff_t from = owned_.index(i, j, owned_.first[2]), at = ghosted_.index(i, j, owned_.first[2]);
-    for (int k = 0; k < owned_.count[2]; ++k) {
-      double sum = leak[static_cast<std::size_t>(from + k)];
-      for (int a = 0; a < 3; ++a) {
-        const double* const c = conductance[static_cast<std::size_t>(a)].data() + at + k;
-        sum += c[0] + c[-ghosted_.stride(a)];
-      }
-      inverse_diagonal[static_cast<std::size_t>(from + k)] = 1.0 / sum;
-    }
-  });
-}
-
-void FieldLevel::multiply(std::span<const double> x, std::span<double> y) const {
-  const std::ptrdiff_t sx = ghosted_.stride(0), sy = ghosted_.stride(1);
-  const int n = owned_.count[2];
-  for_rows(owned_, [&](int i, int j) {
-    const std::ptrdiff_t at = ghosted_.index(i, j, owned_.first[2]), from = owned_.index(i, j, owned_.first[2]);
-    const double* const v = x.data() + at;
+    const std::ptrdiff_t sx = ghosted_.stride(0), sy = ghosted_.stride(1);
     const double* const cx = conductance[0].data() + at;
     const double* const cy = conductance[1].data() + at;
     const double* const cz = conductance[2].data() + at;
     const double* const out = leak.data() + from;
-    double* const to = y.data() + from;
-    for (int k = 0; k < n; ++k) {
-      const double here = v[k];
-      to[k] = out[k] * here + (cx[k] * (here - v[k + sx]) + cx[k - sx] * (here - v[k - sx])) +
-              (cy[k] * (here - v[k + sy]) + cy[k - sy] * (here - v[k - sy])) +
-              (cz[k] * (here - v[k + 1]) + cz[k - 1] * (here - v[k - 1]));
+    float* const single_leak = single_.leak.data() + from;
+    float* const inverse = single_.inverse_diagonal.data() + from;
+    for (int k = 0; k < owned_.count[2]; ++k) {
+      const double sum = out[k] + (cx[k] + cx[k - sx]) + (cy[k] + cy[k - sy]) + (cz[k] + cz[k - 1]);
+      single_leak[k] = static_cast<float>(out[k]);
+      inverse[k] = static_cast<float>(1.0 / sum);
     }
   });
 }
 
-void FieldLevel::multiply_crossed(std::span<const double> x, std::span<double> y) const {
-  multiply(x, y);
+void FieldLevel::multiply(std::span<const float> x, std::span<float> y) const {
+  multiply_by(owned_, ghosted_, single_.conductance, single_.leak, x, y);
+}
+
+void FieldLevel::multiply(std::span<const double> x, std::span<double> y) const {
+  multiply_by(owned_, ghosted_, conductance, leak, x, y);
   if (cross[0].empty()) return;
   add_crossed(
       [&](int b, std::ptrdiff_t place) {

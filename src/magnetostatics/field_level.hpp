@@ -2,6 +2,8 @@
 // One level of a hierarchy of node grids, each twice as coarse as the one before, with the seven-point operator of a diffusion
 // problem on it (docs/theory.md, "Magnetic fields").
 
+#include <petscsf.h>
+
 #include <array>
 #include <span>
 #include <vector>
@@ -74,6 +76,7 @@ class FieldLevel {
 
   /// Fills a ghosted array from an owned one. Collective over grid().comm().
   void spread(std::span<const double> owned, std::span<double> ghosted) const;
+  void spread(std::span<const float> owned, std::span<float> ghosted) const;
   /// Fills the ghosts of a ghosted array from its owned part. Collective over grid().comm().
   void refresh(std::span<double> ghosted);
 
@@ -81,14 +84,19 @@ class FieldLevel {
   std::array<std::vector<double>, 3> conductance;
   /// By ghosted node: of the axes y and z, z and x, x and y; empty where nothing couples.
   std::array<std::vector<double>, 3> cross;
-  std::vector<double> leak;              ///< by owned node
-  std::vector<double> inverse_diagonal;  ///< by owned node
+  std::vector<double> leak;  ///< by owned node
 
+  /// The same in single precision, without `cross`, for preconditioners: half the bytes.
+  struct Single {
+    std::array<std::vector<float>, 3> conductance;  ///< by ghosted node
+    std::vector<float> leak, inverse_diagonal;      ///< by owned node
+  };
+  const Single& single() const { return single_; }
   /// Once conductances and leaks are there. Not collective.
-  void set_diagonal();
-  /// y = A x, without `cross` and with it: `x` ghosted, `y` owned. Not collective.
+  void set_single();
+  /// y = A x, in single precision without `cross`, else with it: `x` ghosted, `y` owned. Not collective.
+  void multiply(std::span<const float> x, std::span<float> y) const;
   void multiply(std::span<const double> x, std::span<double> y) const;
-  void multiply_crossed(std::span<const double> x, std::span<double> y) const;
   /// out_j += sum_a (v_a at j - a less that at j + a)/2 with v_a = sum_b cross_ab slope(b, place), the place being of a ghosted node.
   template <class Slope>
   void add_crossed(Slope slope, std::span<double> out) const;
@@ -97,7 +105,8 @@ class FieldLevel {
   LevelShape shape_;
   FieldGrid grid_;
   NodeBox owned_, ghosted_;
-  VecHandle global_, local_;
+  PetscSF to_ghosted_ = nullptr;  // the DMDA's
+  Single single_;
   std::vector<double> scratch_;
 };
 

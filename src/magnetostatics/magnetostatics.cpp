@@ -135,11 +135,19 @@ void Magnetostatics::spread_content(double time, std::span<const std::vector<dou
   std::fill(total_.begin(), total_.end(), 0.0);
   for (const auto& values : content_)
     for (std::size_t i = 0; i < total_.size(); ++i) total_[i] += values[i];
-  filled_.clear();
-  for (std::size_t i = 0; i < total_.size(); ++i)
-    if (total_[i] > 0.0) filled_.push_back(i);
   std::fill(permeability_.begin(), permeability_.end(), 1.0);
   const FieldLevel& level = potential_solver_.finest();
+  filled_.clear();
+  filled_at_.clear();
+  for_rows(level.owned(), [&](int i, int j) {
+    auto own = static_cast<std::size_t>(level.owned().index(i, j, level.owned().first[2])),
+         at = static_cast<std::size_t>(level.ghosted().index(i, j, level.owned().first[2]));
+    for (int k = 0; k < level.owned().count[2]; ++k, ++own, ++at) {
+      if (!(total_[own] > 0.0)) continue;
+      filled_.push_back(own);
+      filled_at_.push_back(at);
+    }
+  });
   level.spread(total_, total_around_);
   if (layers_) {
     layered_states_.resize(filled_.size());
@@ -178,14 +186,19 @@ void Magnetostatics::set_permeabilities() {
   potential_solver_.finest().spread(permeability_, permeability_around_[0]);
 }
 
+// (G4).
 void Magnetostatics::set_edges() {
   const FieldLevel& level = potential_solver_.finest();
+  const bool harmonic = settings_.edges == EdgeMean::harmonic;
   for (int axis = 0; axis < 3; ++axis) {
-    const auto next = static_cast<std::size_t>(level.ghosted().stride(axis));
-    const std::span<double> edges = potential_solver_.edges(axis);
-    for_edges(axis, level.ghosted(), [&](const Int3&, std::size_t at) {
-      const double here = around(axis)[at], there = around(axis)[at + next];
-      edges[at] = settings_.edges == EdgeMean::harmonic ? 2.0 * here * there / (here + there) : 0.5 * (here + there);
+    const std::ptrdiff_t next = level.ghosted().stride(axis);
+    for_edge_rows(axis, level.ghosted(), [&](const Int3&, int count, std::size_t at) {
+      const double* const here = around(axis).data() + at;
+      double* const edge = potential_solver_.edges(axis).data() + at;
+      for (int k = 0; k < count; ++k) {
+        const double sum = here[k] + here[k + next];
+        edge[k] = harmonic ? 2.0 * here[k] * here[k + next] / sum : 0.5 * sum;
+      }
     });
   }
   potential_solver_.prepare();
@@ -237,33 +250,27 @@ std::array<double, 2> Magnetostatics::half_edge_shares(double here, double there
   return {2.0 * there / (here + there), 2.0 * here / (here + there)};
 }
 
-// (G5).
+// (G5), where there is content.
 void Magnetostatics::find_strength() {
   const FieldLevel& level = potential_solver_.finest();
-  const NodeBox &owned = level.owned(), &ghosted = level.ghosted();
   level.spread(potential_, potential_around_);
-  for_rows(owned, [&](int i, int j) {
-    for (int k = owned.first[2]; k < owned.first[2] + owned.count[2]; ++k) {
-      const auto own = static_cast<std::size_t>(owned.index(i, j, k));
-      strength_[own] = 0.0;
-      if (!(total_[own] > 0.0)) continue;
-      const auto at = static_cast<std::size_t>(ghosted.index(i, j, k));
-      double sum = 0.0;
-      for (int axis = 0; axis < 3; ++axis) {
-        const double before = sum;
-        const auto next = static_cast<std::size_t>(ghosted.stride(axis));
-        for (const std::size_t lower : {at - next, at}) {
-          if (std::isnan(applied_along_[static_cast<std::size_t>(axis)][lower])) continue;  // beyond the box
-          const auto shares = half_edge_shares(around(axis)[lower], around(axis)[lower + next]);
-          const double field = shares[lower == at ? 0 : 1] * edge_field(axis, lower);
-          sum += field * field;
-        }
-        if (layers_) squares_[static_cast<std::size_t>(axis)][own] = 0.5 * (sum - before);
+  for (std::size_t n = 0; n < filled_.size(); ++n) {
+    const std::size_t own = filled_[n], at = filled_at_[n];
+    double sum = 0.0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double before = sum;
+      const auto next = static_cast<std::size_t>(level.ghosted().stride(axis));
+      for (const std::size_t lower : {at - next, at}) {
+        if (std::isnan(applied_along_[static_cast<std::size_t>(axis)][lower])) continue;  // beyond the box
+        const auto shares = half_edge_shares(around(axis)[lower], around(axis)[lower + next]);
+        const double field = shares[lower == at ? 0 : 1] * edge_field(axis, lower);
+        sum += field * field;
       }
-      if (layers_) set_crossed_squares(own, static_cast<std::ptrdiff_t>(at));
-      strength_[own] = std::sqrt(0.5 * sum);
+      if (layers_) squares_[static_cast<std::size_t>(axis)][own] = 0.5 * (sum - before);
     }
-  });
+    if (layers_) set_crossed_squares(own, static_cast<std::ptrdiff_t>(at));
+    strength_[own] = std::sqrt(0.5 * sum);
+  }
 }
 
 MagneticReport Magnetostatics::solve(double time, std::span<const std::vector<double>> content) {

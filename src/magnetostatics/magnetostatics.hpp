@@ -82,6 +82,9 @@ class Magnetostatics {
   /// `visit(lower node, place among ghosted nodes)` of all edges along `axis` whose ends are in `box` and in the field's box.
   template <class Visit>
   void for_edges(int axis, const NodeBox& box, Visit visit) const;
+  /// The same by rows along z: `visit(first lower node, number, place)`.
+  template <class Visit>
+  void for_edge_rows(int axis, const NodeBox& box, Visit visit) const;
   std::pair<double, double> shown_along(int axis, const Int3& node, double applied) const;
   double applied_at(int axis, const Int3& n, double time) const;
   std::pair<double, double> dilution(double total) const;
@@ -115,8 +118,8 @@ class Magnetostatics {
   PotentialSolver potential_solver_;
   std::optional<PetscPotential> petsc_;  // in its place, where the settings say so
   double time_ = std::numeric_limits<double>::quiet_NaN();
-  // Of owned nodes with content: which they are, and their states; the latter with layers or without.
-  std::vector<std::size_t> filled_;
+  // Of owned nodes with content: which they are, and their states, with layers or without.
+  std::vector<std::size_t> filled_, filled_at_;  // the latter among ghosted nodes
   std::vector<NodeState> states_;
   std::vector<LayeredNode> layered_states_;
   // By owned node.
@@ -133,7 +136,7 @@ class Magnetostatics {
 };
 
 template <class Visit>
-void Magnetostatics::for_edges(int axis, const NodeBox& box, Visit visit) const {
+void Magnetostatics::for_edge_rows(int axis, const NodeBox& box, Visit visit) const {
   const FieldLevel& level = potential_solver_.finest();
   const LevelShape& shape = level.shape();
   const NodeBox& ghosted = level.ghosted();
@@ -145,10 +148,17 @@ void Magnetostatics::for_edges(int axis, const NodeBox& box, Visit visit) const 
     first[a] = std::max(first[a], 0);
     end[a] = std::min(end[a], shape.n_nodes[a] - (b == axis));
   }
-  Int3 n;
-  for (n[0] = first[0]; n[0] < end[0]; ++n[0])
-    for (n[1] = first[1]; n[1] < end[1]; ++n[1])
-      for (n[2] = first[2]; n[2] < end[2]; ++n[2]) visit(n, static_cast<std::size_t>(ghosted.index(n)));
+  for (int i = first[0]; i < end[0]; ++i)
+    for (int j = first[1]; j < end[1]; ++j)
+      if (end[2] > first[2])
+        visit(Int3{i, j, first[2]}, end[2] - first[2], static_cast<std::size_t>(ghosted.index(i, j, first[2])));
+}
+
+template <class Visit>
+void Magnetostatics::for_edges(int axis, const NodeBox& box, Visit visit) const {
+  for_edge_rows(axis, box, [&](Int3 n, int count, std::size_t at) {
+    for (int k = 0; k < count; ++k, ++n[2], ++at) visit(n, at);
+  });
 }
 
 template <class Visit>

@@ -87,20 +87,20 @@ class Row {
  public:
   explicit Row(const NodeBox& box) : box_(box), sums_(static_cast<std::size_t>(box.count[2])) {}
 
-  void combine(const std::vector<double>& values, const Stencil& along_x, const Stencil& along_y) {
-    std::fill(sums_.begin(), sums_.end(), 0.0);
+  void combine(const std::vector<float>& values, const Stencil& along_x, const Stencil& along_y) {
+    std::fill(sums_.begin(), sums_.end(), 0.0f);
     for (const Weighted& u : along_x)
       for (const Weighted& v : along_y) {
-        const double weight = u.weight * v.weight;
-        const double* const from = values.data() + box_.index(u.index, v.index, box_.first[2]);
+        const auto weight = static_cast<float>(u.weight * v.weight);
+        const float* const from = values.data() + box_.index(u.index, v.index, box_.first[2]);
         for (std::size_t k = 0; k < sums_.size(); ++k) sums_[k] += weight * from[k];
       }
   }
-  double operator[](int k) const { return sums_[static_cast<std::size_t>(k - box_.first[2])]; }
+  float operator[](int k) const { return sums_[static_cast<std::size_t>(k - box_.first[2])]; }
 
  private:
   const NodeBox& box_;
-  std::vector<double> sums_;
+  std::vector<float> sums_;
 };
 
 // The fine nodes across an edge whose volumes the coarse node's covers, by their shares.
@@ -146,15 +146,18 @@ PotentialSolver::PotentialSolver(const Comm& comm, const FieldLayout& finest, co
     if (!level.grid().has_nodes()) continue;
     leaks(level);
     for (auto& values : work.edges) values.assign(level.ghosted().size(), 0.0);
-    for (auto* values : {&work.right, &work.solution, &work.residual, &work.step}) values->assign(level.owned().size(), 0.0);
-    work.ghosted.assign(level.ghosted().size(), 0.0);
+    for (auto* values : {&work.right, &work.solution, &work.residual, &work.step})
+      values->assign(level.owned().size(), 0.0f);
+    work.ghosted.assign(level.ghosted().size(), 0.0f);
   }
 }
 
 void PotentialSolver::prepare() {
   for (std::size_t level = 0; level < levels_.size(); ++level) {
-    if (level > 0) coarsen(level);
-    for (auto& edges : work_[level].edges) levels_[level]->refresh(edges);
+    if (level > 0) {
+      coarsen(level);
+      for (auto& edges : work_[level].edges) levels_[level]->refresh(edges);
+    }
     set_conductances(level);
   }
 }
@@ -191,7 +194,7 @@ void PotentialSolver::coarsen(std::size_t level) {
   }
 }
 
-// Permeability times area over length, in cells of the finest level.
+// Permeability times area over length, in cells of the finest level; of edges that leave the box, nothing.
 void PotentialSolver::set_conductances(std::size_t level) {
   FieldLevel& grid = *levels_[level];
   const LevelShape& shape = grid.shape();
@@ -199,24 +202,30 @@ void PotentialSolver::set_conductances(std::size_t level) {
   const double unit = levels_.front()->shape().spacing[0];
   for (int axis = 0; axis < 3; ++axis) {
     const auto a = static_cast<std::size_t>(axis);
-    const int b = (axis + 1) % 3, c = (axis + 2) % 3;
-    const double ratio = shape.spacing[b] * shape.spacing[c] / (shape.spacing[axis] * unit);
-    Int3 n;
+    const double ratio = shape.spacing[(axis + 1) % 3] * shape.spacing[(axis + 2) % 3] / (shape.spacing[axis] * unit);
+    // What an index along each axis contributes to the area: along the edge, whether there is one.
+    const auto factor = [&](int b, int index) {
+      const auto c = static_cast<std::size_t>(b);
+      if (b != axis) return shape.share(b, index);
+      return shape.wraps[c] || (index >= 0 && index < shape.n_nodes[c] - 1) ? 1.0 : 0.0;
+    };
+    std::vector<double> along_z;
+    for (int k = 0; k < box.count[2]; ++k) along_z.push_back(factor(2, box.first[2] + k));
     for_rows(box, [&](int i, int j) {
-      n[0] = i, n[1] = j;
-      for (n[2] = box.first[2]; n[2] < box.first[2] + box.count[2]; ++n[2]) {
-        const auto at = static_cast<std::size_t>(box.index(n));
-        const bool inside = shape.wraps[a] || (n[a] >= 0 && n[a] < shape.n_nodes[a] - 1);
-        grid.conductance[a][at] = inside ? work_[level].edges[a][at] * ratio * shape.share_across(axis, n) : 0.0;
-      }
+      const std::ptrdiff_t at = box.index(i, j, box.first[2]);
+      const double row = ratio * factor(0, i) * factor(1, j);
+      const double* const edges = work_[level].edges[a].data() + at;
+      double* const to = grid.conductance[a].data() + at;
+      for (std::size_t k = 0; k < along_z.size(); ++k) to[k] = row * along_z[k] * edges[k];
     });
   }
-  grid.set_diagonal();
+  grid.set_single();
 }
 
 // `degree` steps of the Chebyshev iteration with D^-1 A on [lowest, highest].
 void PotentialSolver::smooth(std::size_t level, int degree, double lowest, bool from_zero) {
   const FieldLevel& grid = *levels_[level];
+  const std::vector<float>& inverse_diagonal = grid.single().inverse_diagonal;
   Work& work = work_[level];
   const double middle = 0.5 * (highest + lowest), half = 0.5 * (highest - lowest), sigma = middle / half;
   double rho = 1.0 / sigma;
@@ -227,11 +236,12 @@ void PotentialSolver::smooth(std::size_t level, int degree, double lowest, bool 
       grid.multiply(work.ghosted, work.residual);
     }
     const double next = 1.0 / (2.0 * sigma - rho);
-    const double keep = n == 0 ? 0.0 : next * rho, gain = n == 0 ? 1.0 / middle : 2.0 * next / half;
+    const auto keep = static_cast<float>(n == 0 ? 0.0 : next * rho);
+    const auto gain = static_cast<float>(n == 0 ? 1.0 / middle : 2.0 * next / half);
     if (n > 0) rho = next;
     for (std::size_t i = 0; i < work.solution.size(); ++i) {
-      const double lack = zero ? work.right[i] : work.right[i] - work.residual[i];
-      const double step = keep * work.step[i] + gain * (grid.inverse_diagonal[i] * lack);
+      const float lack = zero ? work.right[i] : work.right[i] - work.residual[i];
+      const float step = keep * work.step[i] + gain * (inverse_diagonal[i] * lack);
       work.step[i] = step;
       work.solution[i] = zero ? step : work.solution[i] + step;
     }
@@ -259,12 +269,12 @@ void PotentialSolver::restrict_residual(std::size_t level) {
   const std::array<int, 3> ratio = ratios(fine.shape(), coarse.shape());
   const NodeBox &from = fine.ghosted(), &to = coarse.owned();
   Row row(from);
-  std::vector<double>& right = work_[level + 1].right;
+  std::vector<float>& right = work_[level + 1].right;
   for_rows(to, [&](int i, int j) {
     row.combine(work.ghosted, targets(i, ratio[0]), targets(j, ratio[1]));
-    double* const out = right.data() + to.index(i, j, to.first[2]);
+    float* const out = right.data() + to.index(i, j, to.first[2]);
     for (int n = 0, k = to.first[2]; n < to.count[2]; ++n, ++k)
-      out[n] = ratio[2] == 1 ? row[k] : 0.5 * (row[2 * k - 1] + row[2 * k + 1]) + row[2 * k];
+      out[n] = ratio[2] == 1 ? row[k] : 0.5f * (row[2 * k - 1] + row[2 * k + 1]) + row[2 * k];
   });
 }
 
@@ -276,9 +286,9 @@ void PotentialSolver::prolong(std::size_t level) {
   Row row(from);
   for_rows(to, [&](int i, int j) {
     row.combine(work_[level + 1].ghosted, sources(i, ratio[0]), sources(j, ratio[1]));
-    double* const out = work_[level].solution.data() + to.index(i, j, to.first[2]);
+    float* const out = work_[level].solution.data() + to.index(i, j, to.first[2]);
     for (int n = 0, k = to.first[2]; n < to.count[2]; ++n, ++k)
-      out[n] += ratio[2] == 1 ? row[k] : k % 2 == 0 ? row[k / 2] : 0.5 * (row[k / 2] + row[k / 2 + 1]);
+      out[n] += ratio[2] == 1 ? row[k] : k % 2 == 0 ? row[k / 2] : 0.5f * (row[k / 2] + row[k / 2 + 1]);
   });
 }
 
@@ -292,7 +302,6 @@ void PotentialSolver::centre(std::span<double> values) const {
 PotentialReport PotentialSolver::solve(std::span<const double> right, double tolerance, int max_iterations,
                                        std::span<double> solution) {
   const FieldLevel& grid = finest();
-  Work& work = work_.front();
   const std::size_t n = right.size();
   const double size = largest_of(comm(), right);
   PotentialReport report;
@@ -300,14 +309,17 @@ PotentialReport PotentialSolver::solve(std::span<const double> right, double tol
     std::fill(solution.begin(), solution.end(), 0.0);
     return report;
   }
-  std::vector<double> residual(n), direction(n), product(n);
-  grid.spread(solution, work.ghosted);
-  grid.multiply_crossed(work.ghosted, residual);
+  std::vector<double> residual(n), direction(n), product(n), corrected(n), ghosted(grid.ghosted().size());
+  grid.spread(solution, ghosted);
+  grid.multiply(ghosted, residual);
   for (std::size_t i = 0; i < n; ++i) residual[i] = right[i] - residual[i];
+  // Single precision holds residuals over the right side's size, whatever the units.
   const auto precondition = [&] {
-    std::copy(residual.begin(), residual.end(), work.right.begin());
+    Work& work = work_.front();
+    for (std::size_t i = 0; i < n; ++i) work.right[i] = static_cast<float>(residual[i] / size);
     cycle(0);
-    if (singular_) centre(work.solution);
+    for (std::size_t i = 0; i < n; ++i) corrected[i] = work.solution[i];
+    if (singular_) centre(corrected);
   };
   double power = 0.0;
   while (true) {
@@ -319,12 +331,12 @@ PotentialReport PotentialSolver::solve(std::span<const double> right, double tol
       break;
     }
     precondition();
-    const double next = reproducible_dot(comm(), residual, work.solution);
+    const double next = reproducible_dot(comm(), residual, corrected);
     const double ratio = power == 0.0 ? 0.0 : next / power;
     power = next;
-    for (std::size_t i = 0; i < n; ++i) direction[i] = work.solution[i] + ratio * direction[i];
-    grid.spread(direction, work.ghosted);
-    grid.multiply_crossed(work.ghosted, product);
+    for (std::size_t i = 0; i < n; ++i) direction[i] = corrected[i] + ratio * direction[i];
+    grid.spread(direction, ghosted);
+    grid.multiply(ghosted, product);
     const double curvature = reproducible_dot(comm(), direction, product);
     if (!(curvature > 0.0)) {
       report.solved = false;
@@ -344,8 +356,8 @@ PotentialReport PotentialSolver::solve(std::span<const double> right, double tol
 std::size_t PotentialSolver::memory() const {
   std::size_t n_values = 0;
   for (std::size_t level = 0; level < levels_.size(); ++level)
-    n_values += 10 * levels_[level]->ghosted().size() + 8 * levels_[level]->owned().size();
-  return n_values * sizeof(double);
+    n_values += 8 * levels_[level]->ghosted().size() + 4 * levels_[level]->owned().size();
+  return n_values * sizeof(double) + 5 * finest().owned().size() * sizeof(double);
 }
 
 }  // namespace bulkley

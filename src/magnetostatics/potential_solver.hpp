@@ -25,7 +25,7 @@ std::vector<LevelShape> level_shapes(const FieldLayout& finest);
 
 /// Solves A phi = b on the finest of several levels, A by edges with a permeability between each node and the next (FieldLevel). The
 /// preconditioner is one V-cycle: two Chebyshev-Jacobi steps before and after, trilinear prolongation and its transpose, coarse
-/// permeabilities by harmonic means in line and averages across. No arithmetic depends on how nodes are divided: the smoother's bounds
+/// permeabilities by harmonic means in line and averages across; its vectors and coefficients are in single precision. No arithmetic depends on how nodes are divided: the smoother's bounds
 /// are fixed (a seven-point operator's D^-1 A has no eigenvalue above 2), dot products are order-free, and a residual is judged by
 /// its largest entry.
 class PotentialSolver {
@@ -50,7 +50,7 @@ class PotentialSolver {
   const LevelShape& coarsest() const { return levels_.back()->shape(); }
 
   /// Relative permeability of the edge from each node to the next along an axis, by ghosted node of the finest level; to be filled at
-  /// owned nodes before `prepare`. Edges that leave the box are not read.
+  /// owned and ghost nodes before `prepare`. Edges that leave the box are not read, those beyond the ghosts need not be there.
   std::span<const double> edges(int axis) const { return work_.front().edges[static_cast<std::size_t>(axis)]; }
   std::span<double> edges(int axis) { return work_.front().edges[static_cast<std::size_t>(axis)]; }
   /// The operators of all levels from the finest one's edges. Collective over the ranks with nodes.
@@ -64,9 +64,9 @@ class PotentialSolver {
 
  private:
   struct Work {
-    std::array<std::vector<double>, 3> edges;             // ghosted
-    std::vector<double> right, solution, residual, step;  // owned
-    std::vector<double> ghosted;
+    std::array<std::vector<double>, 3> edges;            // ghosted
+    std::vector<float> right, solution, residual, step;  // owned
+    std::vector<float> ghosted;
   };
 
   const Comm& comm() const { return finest().grid().comm(); }
