@@ -30,16 +30,32 @@ void prepare(const CellFrame& frame, const FieldColumns<3>& position, LocalIndex
   }
 }
 
-struct ValueAndGradient {
-  double value = 0.0;
-  double gradient[3] = {};
-};
-
 // The three nested sums are factored by direction: z, then y, then x.
 template <SplineOrder order>
-ValueAndGradient gather(const StencilRows<order, const double>& rows, int b, const Batch<order>& batch) {
+double value_at(const StencilRows<order, const double>& rows, int b, const Batch<order>& batch) {
   constexpr int s = stencil_width(order);
-  ValueAndGradient x;
+  double value = 0.0;
+  for (int i = 0; i < s; ++i) {
+    double value_y = 0.0;
+    for (int j = 0; j < s; ++j) {
+      const double* const row = rows(i, j);
+      double value_z = 0.0;
+      for (int k = 0; k < s; ++k) value_z += batch.w[2][k][b] * row[k];
+      value_y += batch.w[1][j][b] * value_z;
+    }
+    value += batch.w[0][i][b] * value_y;
+  }
+  return value;
+}
+
+struct Gradient {
+  double along[3] = {};
+};
+
+template <SplineOrder order>
+Gradient gradient_at(const StencilRows<order, const double>& rows, int b, const Batch<order>& batch) {
+  constexpr int s = stencil_width(order);
+  Gradient gradient;
   for (int i = 0; i < s; ++i) {
     double value_y = 0.0, along_y = 0.0, along_z = 0.0;
     for (int j = 0; j < s; ++j) {
@@ -53,18 +69,16 @@ ValueAndGradient gather(const StencilRows<order, const double>& rows, int b, con
       along_y += batch.d[1][j][b] * value_z;
       along_z += batch.w[1][j][b] * slope;
     }
-    x.value += batch.w[0][i][b] * value_y;
-    x.gradient[0] += batch.d[0][i][b] * value_y;
-    x.gradient[1] += batch.w[0][i][b] * along_y;
-    x.gradient[2] += batch.w[0][i][b] * along_z;
+    gradient.along[0] += batch.d[0][i][b] * value_y;
+    gradient.along[1] += batch.w[0][i][b] * along_y;
+    gradient.along[2] += batch.w[0][i][b] * along_z;
   }
-  return x;
+  return gradient;
 }
 
 template <SplineOrder order>
 [[gnu::flatten]] void run(const CellFrame& frame, const LocalIndex* row_offsets, const LocalIndex* cell,
-                          const ParticleSet& particles, const double* phi, double* value,
-                          const std::array<double*, 3>& gradient) {
+                          const ParticleSet& particles, const GatheredValue& value, const GatheredGradient& gradient) {
   const FieldColumns<3> position(particles, Field::position);
   Batch<order> batch;
   const LocalIndex n = particles.size();
@@ -74,10 +88,10 @@ template <SplineOrder order>
     for (int b = 0; b < size; b += n_lanes) prepare<order>(frame, position, first + b, b, batch);
     for (int b = 0; b < size; ++b) {
       const LocalIndex p = first + b;
-      const ValueAndGradient found = gather<order>({row_offsets, cell[p], phi}, b, batch);
-      if (value) value[p] = found.value;
-      if (gradient[0])
-        for (std::size_t axis = 0; axis < 3; ++axis) gradient[axis][p] = found.gradient[axis];
+      if (value.nodes) value.to[p] = value_at<order>({row_offsets, cell[p], value.nodes}, b, batch);
+      if (!gradient.nodes) continue;
+      const Gradient found = gradient_at<order>({row_offsets, cell[p], gradient.nodes}, b, batch);
+      for (std::size_t axis = 0; axis < 3; ++axis) gradient.to[axis][p] = found.along[axis];
     }
   }
 }
@@ -85,9 +99,9 @@ template <SplineOrder order>
 }  // namespace
 
 void scalar_gather(const GridGeometry& grid, const PoolLayout& layout, const ParticleSet& particles, const CellMap& map,
-                   const double* phi, double* value, const std::array<double*, 3>& gradient) {
+                   const GatheredValue& value, const GatheredGradient& gradient) {
   with_order(grid.order, [&](auto order) {
-    run<order()>(CellFrame(grid), layout.row_offsets().data(), map.cell.data(), particles, phi, value, gradient);
+    run<order()>(CellFrame(grid), layout.row_offsets().data(), map.cell.data(), particles, value, gradient);
   });
 }
 

@@ -7,31 +7,50 @@
 
 namespace bulkley {
 
+// The nodes between which are the edges from owned nodes along `axis`, of those of a box.
+NodeBox Magnetostatics::owned_edges(int axis, const NodeBox& box) const {
+  NodeBox edges = potential_solver_.finest().owned();
+  ++edges.count[static_cast<std::size_t>(axis)];
+  return common(edges, box);
+}
+
+// Of an edge at a place among ghosted nodes, over its share of a cell.
+double Magnetostatics::edge_energy(int axis, std::size_t at) const {
+  const auto next = static_cast<std::size_t>(potential_solver_.finest().ghosted().stride(axis));
+  const double applied = applied_along_[static_cast<std::size_t>(axis)][at];
+  const double slope = (potential_around_[at + next] - potential_around_[at]) / spacing_;
+  if (std::isnan(applied)) return 0.5 * slope * slope;  // of air
+  const double field = applied - slope;
+  const auto shares = half_edge_shares(around(axis)[at], around(axis)[at + next]);
+  return 0.25 * field * field * (shares[0] * shares[0] + shares[1] * shares[1]) - applied * field + 0.5 * applied * applied;
+}
+
+// (G8). Far from content the edges are those of air.
 double Magnetostatics::co_energy() {
-  std::vector<double> addends;
+  BinnedSum sum;
   if (potential_solver_.has_nodes()) {
-    addends.reserve(5 * potential_.size());  // edges, leaks, and content where there is any
     const FieldLevel& level = potential_solver_.finest();
     const LevelShape& shape = level.shape();
-    const NodeBox& owned = level.owned();
+    std::vector<double> addends;
     for (int axis = 0; axis < 3; ++axis) {
-      const auto a = static_cast<std::size_t>(axis);
-      const auto next = static_cast<std::size_t>(level.ghosted().stride(axis));
-      NodeBox edges = owned;
-      ++edges.count[a];
-      for_edges(axis, edges, [&](const Int3& n, std::size_t at) {
-        const double applied = applied_along_[a][at];
-        const double slope = (potential_around_[at + next] - potential_around_[at]) / spacing_;
-        double energy = 0.5 * slope * slope;
-        if (!std::isnan(applied)) {
-          const double field = applied - slope;
-          const auto shares = half_edge_shares(around(axis)[at], around(axis)[at + next]);
-          energy = 0.25 * field * field * (shares[0] * shares[0] + shares[1] * shares[1]) - applied * field +
-                   0.5 * applied * applied;
+      const std::ptrdiff_t next = level.ghosted().stride(axis);
+      for_edge_rows(axis, owned_edges(axis, level.ghosted()), [&](Int3 n, int count, std::size_t at) {
+        addends.resize(static_cast<std::size_t>(count));
+        const double* const here = potential_around_.data() + at;
+        const bool far = near_content_.size() == 0 || n[0] < near_content_.first[0] || n[1] < near_content_.first[1] ||
+                         n[0] >= near_content_.first[0] + near_content_.count[0] ||
+                         n[1] >= near_content_.first[1] + near_content_.count[1];
+        for (int k = 0; k < count; ++k) {
+          const double slope = (here[k + next] - here[k]) / spacing_;
+          addends[static_cast<std::size_t>(k)] = 0.5 * slope * slope;
         }
-        addends.push_back(shape.share_across(axis, n) * energy);
+        for (int k = 0; k < count && !far; ++k)
+          addends[static_cast<std::size_t>(k)] = edge_energy(axis, at + static_cast<std::size_t>(k));
+        for (double& addend : addends) addend *= shape.share_across(axis, n), ++n[2];
+        sum.add(addends);
       });
     }
+    addends.clear();
     for (std::size_t i = 0; i < total_.size(); ++i)
       if (level.leak[i] > 0.0)
         addends.push_back(0.5 * level.leak[i] * potential_[i] * potential_[i] / (spacing_ * spacing_));
@@ -44,8 +63,10 @@ double Magnetostatics::co_energy() {
       for (std::size_t s = 0; s < materials_.size(); ++s) energy += content_[s][i] * materials_[s].co_energy(inner);
       addends.push_back(energy);
     }
+    sum.add(addends);
   }
-  return vacuum_permeability * spacing_ * spacing_ * spacing_ * reproducible_sum(all_, addends);
+  merge_global(all_, {&sum, 1});
+  return vacuum_permeability * spacing_ * spacing_ * spacing_ * sum.value();
 }
 
 Vec3 Magnetostatics::moment() {
@@ -54,9 +75,7 @@ Vec3 Magnetostatics::moment() {
     std::vector<double> addends;
     if (potential_solver_.has_nodes()) {
       const auto a = static_cast<std::size_t>(axis);
-      NodeBox edges = potential_solver_.finest().owned();
-      ++edges.count[a];
-      for_edges(axis, edges, [&](const Int3&, std::size_t at) {
+      for_edges(axis, owned_edges(axis, near_content_), [&](const Int3&, std::size_t at) {
         if (!std::isnan(applied_along_[a][at]))
           addends.push_back((potential_solver_.edges(axis)[at] - 1.0) * edge_field(axis, at));
       });
@@ -130,9 +149,7 @@ double Magnetostatics::source_work(double time) {
     const FieldLevel& level = potential_solver_.finest();
     for (int axis = 0; axis < 3; ++axis) {
       const auto a = static_cast<std::size_t>(axis);
-      NodeBox edges = level.owned();
-      ++edges.count[a];
-      for_edges(axis, edges, [&](const Int3& n, std::size_t at) {
+      for_edges(axis, owned_edges(axis, near_content_), [&](const Int3& n, std::size_t at) {
         const double magnetised = potential_solver_.edges(axis)[at] - 1.0;
         if (std::isnan(applied_along_[a][at]) || magnetised == 0.0) return;
         const double change = applied_at(axis, n, time) - applied_along_[a][at];

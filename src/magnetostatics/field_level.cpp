@@ -4,6 +4,16 @@
 
 namespace bulkley {
 
+NodeBox common(const NodeBox& a, const NodeBox& b) {
+  NodeBox both;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    both.first[axis] = std::max(a.first[axis], b.first[axis]);
+    const int end = std::min(a.first[axis] + a.count[axis], b.first[axis] + b.count[axis]);
+    both.count[axis] = std::max(0, end - both.first[axis]);
+  }
+  return both;
+}
+
 LevelShape shape_of(const FieldLayout& layout) {
   LevelShape shape;
   for (int axis = 0; axis < 3; ++axis) {
@@ -105,12 +115,18 @@ void FieldLevel::refresh(std::span<double> ghosted) {
   spread(scratch_, ghosted);
 }
 
-void FieldLevel::set_single() {
-  for (std::size_t a = 0; a < 3; ++a)
-    for (std::size_t i = 0; i < conductance[a].size(); ++i)
-      single_.conductance[a][i] = static_cast<float>(conductance[a][i]);
-  for_rows(owned_, [&](int i, int j) {
-    const std::ptrdiff_t from = owned_.index(i, j, owned_.first[2]), at = ghosted_.index(i, j, owned_.first[2]);
+void FieldLevel::set_single(const NodeBox& changed) {
+  for_rows(changed, [&](int i, int j) {
+    const std::ptrdiff_t at = ghosted_.index(i, j, changed.first[2]);
+    for (std::size_t a = 0; a < 3; ++a)
+      std::copy_n(conductance[a].data() + at, changed.count[2], single_.conductance[a].data() + at);
+  });
+  // A conductance belongs to the node after it, too.
+  NodeBox box = changed;
+  for (int& count : box.count) ++count;
+  box = common(box, owned_);
+  for_rows(box, [&](int i, int j) {
+    const std::ptrdiff_t from = owned_.index(i, j, box.first[2]), at = ghosted_.index(i, j, box.first[2]);
     const std::ptrdiff_t sx = ghosted_.stride(0), sy = ghosted_.stride(1);
     const double* const cx = conductance[0].data() + at;
     const double* const cy = conductance[1].data() + at;
@@ -118,7 +134,7 @@ void FieldLevel::set_single() {
     const double* const out = leak.data() + from;
     float* const single_leak = single_.leak.data() + from;
     float* const inverse = single_.inverse_diagonal.data() + from;
-    for (int k = 0; k < owned_.count[2]; ++k) {
+    for (int k = 0; k < box.count[2]; ++k) {
       const double sum = out[k] + (cx[k] + cx[k - sx]) + (cy[k] + cy[k - sy]) + (cz[k] + cz[k - 1]);
       single_leak[k] = static_cast<float>(out[k]);
       inverse[k] = static_cast<float>(1.0 / sum);

@@ -29,6 +29,9 @@ struct NodeBox {
   }
 };
 
+/// The nodes that two boxes have in common.
+NodeBox common(const NodeBox& a, const NodeBox& b);
+
 /// Numbers of nodes by rows along z: `visit(i, j)` for all rows of a box.
 template <class Visit>
 void for_rows(const NodeBox& box, Visit visit) {
@@ -92,8 +95,9 @@ class FieldLevel {
     std::vector<float> leak, inverse_diagonal;      ///< by owned node
   };
   const Single& single() const { return single_; }
-  /// Once conductances and leaks are there. Not collective.
-  void set_single();
+  /// Once conductances and leaks are there; the former have changed on ghosted nodes of `changed` only since the last time. Not
+  /// collective.
+  void set_single(const NodeBox& changed);
   /// y = A x, in single precision without `cross`, else with it: `x` ghosted, `y` owned. Not collective.
   void multiply(std::span<const float> x, std::span<float> y) const;
   void multiply(std::span<const double> x, std::span<double> y) const;

@@ -83,27 +83,36 @@ MagneticReport MagneticParticles::solve(double time, ParticleGrid& particles) {
     scatter_->to_field(owned_.data(), content[s].data());
   }
 
-  const MagneticReport report = field_.solve(time, content);
-  if (!report.solved) return report;
-  for (auto& force : forces_) force.assign(n, 0.0);
-  for (auto& gradient : gradient_) gradient.resize(n);
-  for (std::size_t s = 0; s < content.size(); ++s) {
-    gather(particles, field_.energy_slope(s), nullptr, {gradient_[0].data(), gradient_[1].data(), gradient_[2].data()});
-    for (std::size_t p = 0; p < n; ++p) {
-      if (magnet_of_[material[p]] != static_cast<int>(s)) continue;
-      for (std::size_t a = 0; a < 3; ++a) forces_[a][p] = reference[p] * gradient_[a][p];
-    }
-  }
-  strengths_.resize(n);
-  gather(particles, field_.strength(), strengths_.data(), {nullptr, nullptr, nullptr});
+  const MagneticReport report = field_.solve(time, std::move(content));
+  if (report.solved) find_forces(particles);
   return report;
 }
 
-void MagneticParticles::gather(ParticleGrid& particles, std::span<const double> field, double* value,
-                               const std::array<double*, 3>& gradient) {
+void MagneticParticles::find_forces(ParticleGrid& particles) {
+  const ParticleSet& set = particles.particles();
+  const auto n = static_cast<std::size_t>(set.size());
+  const double* const reference = set.real(Field::reference_volume);
+  const std::uint8_t* const material = set.material();
+  strengths_.resize(n);
+  for (auto& force : forces_) force.assign(n, 0.0);
+  for (auto& gradient : gradient_) gradient.resize(n);
+  strength_pool_.resize(pool_.size());
+  to_pool(particles, field_.strength(), strength_pool_);
+  GatheredValue strength{strength_pool_.data(), strengths_.data()};
+  for (std::size_t s = 0; s < field_.n_materials(); ++s) {
+    to_pool(particles, field_.energy_slope(s), pool_);
+    scalar_gather(particles.grid(), particles.layout(), set, particles.map(), strength,
+                  {pool_.data(), {gradient_[0].data(), gradient_[1].data(), gradient_[2].data()}});
+    strength = {};
+    for (std::size_t a = 0; a < 3; ++a)
+      for (std::size_t p = 0; p < n; ++p)
+        if (magnet_of_[material[p]] == static_cast<int>(s)) forces_[a][p] = reference[p] * gradient_[a][p];
+  }
+}
+
+void MagneticParticles::to_pool(ParticleGrid& particles, std::span<const double> field, std::vector<double>& pool) {
   scatter_->to_owned(field.data(), owned_.data());
-  particles.exchange().get(owned_.data(), pool_.data());
-  scalar_gather(particles.grid(), particles.layout(), particles.particles(), particles.map(), pool_.data(), value, gradient);
+  particles.exchange().get(owned_.data(), pool.data());
 }
 
 std::size_t MagneticParticles::memory() const {

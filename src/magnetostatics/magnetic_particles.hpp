@@ -33,13 +33,14 @@ class MagneticParticles {
   std::size_t memory() const;
 
  private:
-  void gather(ParticleGrid& particles, std::span<const double> field, double* value, const std::array<double*, 3>& gradient);
+  void find_forces(ParticleGrid& particles);
+  void to_pool(ParticleGrid& particles, std::span<const double> field, std::vector<double>& pool);
 
   std::vector<int> magnet_of_;  ///< by material: among the magnetic ones, or -1
   Magnetostatics field_;
   std::unique_ptr<TileScatter> scatter_;
   GlobalIndex fitted_ = -1;
-  std::vector<double> pool_, owned_, volume_, strengths_;
+  std::vector<double> pool_, strength_pool_, owned_, volume_, strengths_;
   std::array<std::vector<double>, 3> forces_, gradient_;
 };
 

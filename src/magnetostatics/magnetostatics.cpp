@@ -1,6 +1,7 @@
 #include "magnetostatics/magnetostatics.hpp"
 
 #include <algorithm>
+#include <climits>
 #include <cmath>
 #include <tuple>
 #include <utility>
@@ -15,6 +16,17 @@ constexpr int newton_steps = 6;
 constexpr double newton_converged = 1e-8;  // the step after it would be of the order of its square
 constexpr int relaxations = 2;             // of permeabilities at a given potential, before the first sweep
 constexpr int max_iterations = 100;
+
+// The smallest box that holds both, of which one may be empty.
+NodeBox hull(const NodeBox& a, const NodeBox& b) {
+  if (a.size() == 0 || b.size() == 0) return a.size() == 0 ? b : a;
+  NodeBox both;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    both.first[axis] = std::min(a.first[axis], b.first[axis]);
+    both.count[axis] = std::max(a.first[axis] + a.count[axis], b.first[axis] + b.count[axis]) - both.first[axis];
+  }
+  return both;
+}
 
 // (d - 1) (x . n) / |x|^2 over the faces of the box, d being the number of its open axes: the fall of a dipole's potential.
 PotentialSolver::Leaks leaks_of(FarField boundary, const Vec3& origin, double unit) {
@@ -88,6 +100,7 @@ Magnetostatics::Magnetostatics(const Comm& comm, const FieldLayout& layout, cons
     for (auto& values : potential_solver_.cross()) values.assign(n_ghosted, 0.0);
   }
   for (auto& values : applied_along_) values.assign(n_ghosted, std::numeric_limits<double>::quiet_NaN());
+  near_content_ = level.ghosted();
 }
 
 // c(theta) and its derivative.
@@ -130,8 +143,25 @@ double Magnetostatics::applied_at(int axis, const Int3& n, double time) const {
   return std::isfinite(value) ? value : applied_.at(middle + Vec3::Constant(1e-3 * spacing_), time)[axis];
 }
 
-void Magnetostatics::spread_content(double time, std::span<const std::vector<double>> content) {
-  content_.assign(content.begin(), content.end());
+// The nodes with content and one more all around, of the ghosted ones.
+NodeBox Magnetostatics::box_near_content() const {
+  const NodeBox& ghosted = potential_solver_.finest().ghosted();
+  Int3 first{INT_MAX, INT_MAX, INT_MAX}, last{INT_MIN, INT_MIN, INT_MIN};
+  for_rows(ghosted, [&](int i, int j) {
+    const double* const row = total_around_.data() + ghosted.index(i, j, ghosted.first[2]);
+    for (int k = 0; k < ghosted.count[2]; ++k) {
+      if (!(row[k] > 0.0)) continue;
+      const Int3 node{i, j, ghosted.first[2] + k};
+      for (std::size_t a = 0; a < 3; ++a) first[a] = std::min(first[a], node[a]), last[a] = std::max(last[a], node[a]);
+    }
+  });
+  if (first[0] > last[0]) return {ghosted.first, {0, 0, 0}};
+  NodeBox box;
+  for (std::size_t a = 0; a < 3; ++a) box.first[a] = first[a] - 1, box.count[a] = last[a] - first[a] + 3;
+  return common(box, ghosted);
+}
+
+void Magnetostatics::spread_content(double time) {
   std::fill(total_.begin(), total_.end(), 0.0);
   for (const auto& values : content_)
     for (std::size_t i = 0; i < total_.size(); ++i) total_[i] += values[i];
@@ -149,6 +179,9 @@ void Magnetostatics::spread_content(double time, std::span<const std::vector<dou
     }
   });
   level.spread(total_, total_around_);
+  const NodeBox before = near_content_;
+  near_content_ = box_near_content();
+  touched_ = hull(before, near_content_);
   if (layers_) {
     layered_states_.resize(filled_.size());
     set_gradients();
@@ -162,7 +195,7 @@ void Magnetostatics::spread_content(double time, std::span<const std::vector<dou
     auto& along = applied_along_[static_cast<std::size_t>(axis)];
     if (stale) std::fill(along.begin(), along.end(), std::numeric_limits<double>::quiet_NaN());
     const auto next = static_cast<std::size_t>(level.ghosted().stride(axis));
-    for_edges(axis, level.ghosted(), [&](const Int3& n, std::size_t at) {
+    for_edges(axis, near_content_, [&](const Int3& n, std::size_t at) {
       if (!std::isnan(along[at]) || !(total_around_[at] > 0.0 || total_around_[at + next] > 0.0)) return;
       along[at] = applied_at(axis, n, time);
     });
@@ -192,7 +225,7 @@ void Magnetostatics::set_edges() {
   const bool harmonic = settings_.edges == EdgeMean::harmonic;
   for (int axis = 0; axis < 3; ++axis) {
     const std::ptrdiff_t next = level.ghosted().stride(axis);
-    for_edge_rows(axis, level.ghosted(), [&](const Int3&, int count, std::size_t at) {
+    for_edge_rows(axis, touched_, [&](const Int3&, int count, std::size_t at) {
       const double* const here = around(axis).data() + at;
       double* const edge = potential_solver_.edges(axis).data() + at;
       for (int k = 0; k < count; ++k) {
@@ -201,7 +234,7 @@ void Magnetostatics::set_edges() {
       }
     });
   }
-  potential_solver_.prepare();
+  potential_solver_.prepare(touched_);
   if (petsc_) petsc_->prepare();
 }
 
@@ -213,7 +246,7 @@ void Magnetostatics::set_right_side() {
   for (int axis = 0; axis < 3; ++axis) {
     const auto a = static_cast<std::size_t>(axis);
     const std::span<const double> edges = potential_solver_.edges(axis);
-    for_edges(axis, level.ghosted(), [&](const Int3& n, std::size_t at) {
+    for_edges(axis, near_content_, [&](const Int3& n, std::size_t at) {
       const double applied = applied_along_[a][at];
       if (std::isnan(applied)) return;
       const double flux = (edges[at] - 1.0) * applied * spacing_ * level.shape().share_across(axis, n);
@@ -273,10 +306,11 @@ void Magnetostatics::find_strength() {
   }
 }
 
-MagneticReport Magnetostatics::solve(double time, std::span<const std::vector<double>> content) {
+MagneticReport Magnetostatics::solve(double time, std::vector<std::vector<double>> content) {
+  content_ = std::move(content);
   const bool here = potential_solver_.has_nodes();
   if (here) {
-    spread_content(time, content);
+    spread_content(time);
     std::fill(strength_.begin(), strength_.end(), 0.0);
     for (auto& values : squares_) std::fill(values.begin(), values.end(), 0.0);
     set_permeabilities();

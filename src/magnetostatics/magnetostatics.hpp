@@ -35,12 +35,13 @@ class Magnetostatics {
   Magnetostatics(const Comm& comm, const FieldLayout& layout, const MagneticsSettings& settings, const Vec3& origin,
                  std::vector<Magnetisation> materials, const AppliedField& applied);
 
+  std::size_t n_materials() const { return materials_.size(); }
   const FieldGrid& grid() const { return potential_solver_.finest().grid(); }
   const PotentialSolver& potential_solver() const { return potential_solver_; }
 
   /// `content`: by material, by owned node: the reference volume that particles give the node, over a cell's. Starts from the potential
   /// of the last solution, or the one that was set, and from nothing else: a restart needs no more. Collective.
-  MagneticReport solve(double time, std::span<const std::vector<double>> content);
+  MagneticReport solve(double time, std::vector<std::vector<double>> content);
 
   /// Of the last solution, by owned node: phi, A; |H|, A/m, and mu_0 dw/dtheta (G9), J/m^3, of each material, right where there is
   /// material and zero elsewhere.
@@ -72,7 +73,9 @@ class Magnetostatics {
     double mean = 0.0;                            ///< magnetisation of the content at h, A/m
   };
   void find_states();
-  void spread_content(double time, std::span<const std::vector<double>> content);
+  NodeBox box_near_content() const;
+  NodeBox owned_edges(int axis, const NodeBox& box) const;
+  void spread_content(double time);
   void set_permeabilities();
   void set_energy_slopes();
   void set_edges();
@@ -105,6 +108,7 @@ class Magnetostatics {
   template <class Visit>
   void for_crossed(int axis, Visit visit) const;
   double edge_field(int axis, std::size_t at) const;
+  double edge_energy(int axis, std::size_t at) const;
   std::array<double, 2> half_edge_shares(double here, double there) const;
 
   const Comm& all_;
@@ -118,6 +122,8 @@ class Magnetostatics {
   PotentialSolver potential_solver_;
   std::optional<PetscPotential> petsc_;  // in its place, where the settings say so
   double time_ = std::numeric_limits<double>::quiet_NaN();
+  // Nodes among the ghosted ones: those with content and their neighbours, now, and at the last solution too.
+  NodeBox near_content_, touched_;
   // Of owned nodes with content: which they are, and their states, with layers or without.
   std::vector<std::size_t> filled_, filled_at_;  // the latter among ghosted nodes
   std::vector<NodeState> states_;

@@ -152,13 +152,13 @@ PotentialSolver::PotentialSolver(const Comm& comm, const FieldLayout& finest, co
   }
 }
 
-void PotentialSolver::prepare() {
+void PotentialSolver::prepare(const NodeBox& changed) {
   for (std::size_t level = 0; level < levels_.size(); ++level) {
     if (level > 0) {
       coarsen(level);
       for (auto& edges : work_[level].edges) levels_[level]->refresh(edges);
     }
-    set_conductances(level);
+    set_conductances(level, level == 0 ? changed : levels_[level]->ghosted());
   }
 }
 
@@ -195,10 +195,9 @@ void PotentialSolver::coarsen(std::size_t level) {
 }
 
 // Permeability times area over length, in cells of the finest level; of edges that leave the box, nothing.
-void PotentialSolver::set_conductances(std::size_t level) {
+void PotentialSolver::set_conductances(std::size_t level, const NodeBox& box) {
   FieldLevel& grid = *levels_[level];
   const LevelShape& shape = grid.shape();
-  const NodeBox& box = grid.ghosted();
   const double unit = levels_.front()->shape().spacing[0];
   for (int axis = 0; axis < 3; ++axis) {
     const auto a = static_cast<std::size_t>(axis);
@@ -212,14 +211,14 @@ void PotentialSolver::set_conductances(std::size_t level) {
     std::vector<double> along_z;
     for (int k = 0; k < box.count[2]; ++k) along_z.push_back(factor(2, box.first[2] + k));
     for_rows(box, [&](int i, int j) {
-      const std::ptrdiff_t at = box.index(i, j, box.first[2]);
+      const std::ptrdiff_t at = grid.ghosted().index(i, j, box.first[2]);
       const double row = ratio * factor(0, i) * factor(1, j);
       const double* const edges = work_[level].edges[a].data() + at;
       double* const to = grid.conductance[a].data() + at;
       for (std::size_t k = 0; k < along_z.size(); ++k) to[k] = row * along_z[k] * edges[k];
     });
   }
-  grid.set_single();
+  grid.set_single(box);
 }
 
 // `degree` steps of the Chebyshev iteration with D^-1 A on [lowest, highest].
@@ -309,7 +308,11 @@ PotentialReport PotentialSolver::solve(std::span<const double> right, double tol
     std::fill(solution.begin(), solution.end(), 0.0);
     return report;
   }
-  std::vector<double> residual(n), direction(n), product(n), corrected(n), ghosted(grid.ghosted().size());
+  for (auto* values : {&residual_, &direction_, &product_, &corrected_}) values->resize(n);
+  direction_around_.resize(grid.ghosted().size());
+  std::vector<double>&residual = residual_, &direction = direction_, &product = product_, &corrected = corrected_;
+  std::span<double> ghosted = direction_around_;
+  std::fill(direction.begin(), direction.end(), 0.0);
   grid.spread(solution, ghosted);
   grid.multiply(ghosted, residual);
   for (std::size_t i = 0; i < n; ++i) residual[i] = right[i] - residual[i];

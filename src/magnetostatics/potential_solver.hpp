@@ -53,8 +53,10 @@ class PotentialSolver {
   /// owned and ghost nodes before `prepare`. Edges that leave the box are not read, those beyond the ghosts need not be there.
   std::span<const double> edges(int axis) const { return work_.front().edges[static_cast<std::size_t>(axis)]; }
   std::span<double> edges(int axis) { return work_.front().edges[static_cast<std::size_t>(axis)]; }
-  /// The operators of all levels from the finest one's edges. Collective over the ranks with nodes.
-  void prepare();
+  /// The operators of all levels from the finest one's edges, which have changed between nodes of `changed` only since the last time.
+  /// Collective over the ranks with nodes.
+  void prepare(const NodeBox& changed);
+  void prepare() { prepare(finest().ghosted()); }
 
   /// `right`, `solution`: by owned node of the finest level; the solution holds the first guess. Until the largest residual is
   /// `tolerance` times the largest of `right`. Collective over the ranks with nodes.
@@ -71,7 +73,7 @@ class PotentialSolver {
 
   const Comm& comm() const { return finest().grid().comm(); }
   void coarsen(std::size_t level);
-  void set_conductances(std::size_t level);
+  void set_conductances(std::size_t level, const NodeBox& box);
   void smooth(std::size_t level, int degree, double lowest, bool from_zero);
   void cycle(std::size_t level);
   void restrict_residual(std::size_t level);
@@ -81,6 +83,8 @@ class PotentialSolver {
   bool singular_;
   std::vector<std::unique_ptr<FieldLevel>> levels_;
   std::vector<Work> work_;
+  std::vector<double> residual_, direction_, product_, corrected_;  // of the finest level's owned nodes
+  std::vector<double> direction_around_;                            // and of its ghosted ones
 };
 
 }  // namespace bulkley

@@ -102,8 +102,8 @@ Result transfer(const Comm& comm, const Scene& scene, const TileMap& owners) {
   exchange.get(owned.data(), pool.data());
   std::array<std::vector<double>, 4> found;
   for (auto& column : found) column.resize(q.size());
-  scalar_gather(grid, layout, particles, map, pool.data(), found[0].data(),
-                {found[1].data(), found[2].data(), found[3].data()});
+  scalar_gather(grid, layout, particles, map, {pool.data(), found[0].data()},
+                {pool.data(), {found[1].data(), found[2].data(), found[3].data()}});
   for (LocalIndex p = 0; p < particles.size(); ++p)
     for (int c = 0; c < 4; ++c) result.at_particles[particles.id()[p]][c] = found[c][static_cast<std::size_t>(p)];
   return result;

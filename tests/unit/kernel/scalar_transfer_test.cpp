@@ -52,8 +52,8 @@ struct Particles {
   Gathered gather(const std::vector<double>& phi) const {
     Gathered result{std::vector<double>(q.size()), {}};
     for (auto& column : result.gradient) column.resize(q.size());
-    scalar_gather(grid(), step.layout, step.particles, step.map, phi.data(), result.value.data(),
-                  {result.gradient[0].data(), result.gradient[1].data(), result.gradient[2].data()});
+    scalar_gather(grid(), step.layout, step.particles, step.map, {phi.data(), result.value.data()},
+                  {phi.data(), {result.gradient[0].data(), result.gradient[1].data(), result.gradient[2].data()}});
     return result;
   }
   // Values at the pool's nodes of a function of position.
@@ -220,16 +220,28 @@ TEST(ScalarGather, QuadraticFunctionsAreReproducedUpToTheSecondMoment) {
   }
 }
 
+TEST(ScalarGather, TakesValuesAndGradientsFromTwoFields) {
+  const Particles run(SplineOrder::quadratic);
+  const std::vector<double> phi = run.nodal([](const Vec3& x) { return std::sin(9.0 * x[0]) * x[1] + x[2]; });
+  const std::vector<double> psi = run.nodal([](const Vec3& x) { return std::cos(7.0 * x[2]) - x[0] * x[1]; });
+  std::vector<double> value(run.q.size());
+  std::array<std::vector<double>, 3> gradient{value, value, value};
+  scalar_gather(run.grid(), run.step.layout, run.step.particles, run.step.map, {phi.data(), value.data()},
+                {psi.data(), {gradient[0].data(), gradient[1].data(), gradient[2].data()}});
+  EXPECT_EQ(value, run.gather(phi).value);
+  EXPECT_EQ(gradient, run.gather(psi).gradient);
+}
+
 TEST(ScalarGather, GivesOnlyWhatIsAskedFor) {
   const Particles run(SplineOrder::cubic);
   const std::vector<double> phi = run.nodal([](const Vec3& x) { return std::sin(9.0 * x[0]) * x[1] + x[2]; });
   const Particles::Gathered both = run.gather(phi);
   std::vector<double> value(run.q.size());
-  scalar_gather(run.grid(), run.step.layout, run.step.particles, run.step.map, phi.data(), value.data(), {});
+  scalar_gather(run.grid(), run.step.layout, run.step.particles, run.step.map, {phi.data(), value.data()}, {});
   EXPECT_EQ(value, both.value);
   std::array<std::vector<double>, 3> gradient{value, value, value};
-  scalar_gather(run.grid(), run.step.layout, run.step.particles, run.step.map, phi.data(), nullptr,
-                {gradient[0].data(), gradient[1].data(), gradient[2].data()});
+  scalar_gather(run.grid(), run.step.layout, run.step.particles, run.step.map, {},
+                {phi.data(), {gradient[0].data(), gradient[1].data(), gradient[2].data()}});
   EXPECT_EQ(gradient, both.gradient);
 }
 
