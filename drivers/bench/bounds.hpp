@@ -25,6 +25,7 @@ inline constexpr Bound eight_ranks{0.5, Sense::at_least};     ///< likewise, on 
 inline constexpr Bound imex_step{5.0};                        ///< a step of imex, over an explicit one
 inline constexpr Bound imex_two_ranks{1.8, Sense::at_least};  ///< throughput of imex over that of one rank
 inline constexpr Bound potential_growth{1.5};                 ///< cost of a node of a magnetic field, in eight times as many
+inline constexpr Bound field_step{1.3};                       ///< a step with a magnetic field, over one without
 }  // namespace bench_bounds
 
 /// A transfer and a material, and the step's cost over that of the naive neo-Hookean kernel.

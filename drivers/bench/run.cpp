@@ -51,7 +51,8 @@ double BenchRun::advance(int n_steps) {
   BULKLEY_MPI(MPI_Barrier(comm_.get()));
   const double begin = MPI_Wtime();
   for (int k = 0; k < n_steps; ++k) {
-    const StepReport report = solver_->step({0.0, solver_->physics().time_stepping.end_time}, state_);
+    const StepReport report = solver_->step({time_, solver_->physics().time_stepping.end_time}, state_);
+    time_ += report.plan.dt;
     n_iterations_ += report.pressure.n_iterations;
     n_rounds_ += report.pressure.n_rounds;
   }

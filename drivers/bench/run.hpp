@@ -46,6 +46,7 @@ class BenchRun {
   const Comm& comm_;
   std::unique_ptr<Solver> solver_;
   TimeStepState state_;
+  double time_ = 0.0;  ///< s
   double mach_number_ = 0.0;
   GlobalIndex n_steps_ = 0;  ///< timed
   GlobalIndex n_iterations_ = 0, n_rounds_ = 0;

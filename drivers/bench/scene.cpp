@@ -23,7 +23,7 @@ Material material_named(const std::string& name) {
 State<double> rest_state() { return {isochoric_identity<double>(), 1.0}; }
 
 // Speed of the fastest particle, m/s.
-double largest_speed(const BenchCase& what) { return bench_mach_number * bench_wave_speed(what); }
+double largest_speed(const BenchCase& what) { return what.mach_number * bench_wave_speed(what); }
 
 Material material_of(const BenchCase& what) {
   Material material = material_named(what.material);
@@ -71,8 +71,17 @@ Scene bench_scene(const BenchCase& what) {
   scene.grid.order = what.transfer.order;
   place_tiles(scene.grid);
   scene.transfer = what.transfer;
-  scene.gravity = {0.0, 0.0, -9.81};
+  scene.gravity = {0.0, 0.0, -what.gravity};
   scene.materials = {{what.material, material_of(what)}};
+  const auto preset = find_preset(what.material);
+  if (preset && preset->magnetisation && !what.magnetic_field)
+    scene.materials.front().material = with_field_yield(scene.materials.front().material, {});
+  if (what.magnetic_field) {
+    if (preset) scene.materials.front().magnetisation = preset->magnetisation;
+    scene.magnetics.emplace();
+    scene.magnetics->air = 0.25;
+    scene.magnetics->sources.emplace_back().kind = UniformField{VectorFormula{{"2e4", "0", "1e4"}}};
+  }
   scene.faces.fill({FaceKind::separating, 0.0});
   scene.time_stepping.end_time = 1.0;
   scene.time_stepping.integrator = what.integrator;

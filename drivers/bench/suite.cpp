@@ -15,6 +15,7 @@
 #include "bench/report.hpp"
 #include "bench/row.hpp"
 #include "bulkley/base/pack.hpp"
+#include "integrator/magnetic_force.hpp"
 #include "parallel/log.hpp"
 #include "program/version.hpp"
 #include "scene/time_step_keys.hpp"
@@ -23,6 +24,13 @@
 namespace bulkley {
 
 namespace {
+
+// Of the magnetic field so far.
+double n_solutions(BenchRun& run) {
+  const auto& columns = MagneticFigures::columns();
+  const auto found = std::find(columns.begin(), columns.end(), "magnetic_solves");
+  return run.solver().force_history()[static_cast<std::size_t>(found - columns.begin())];
+}
 
 constexpr double undefined = std::numeric_limits<double>::quiet_NaN();
 
@@ -50,6 +58,7 @@ class Suite {
   void ranks();
   void imex();
   void field();
+  void field_step();
   Json json() const;
 
  private:
@@ -319,6 +328,29 @@ void Suite::field() {
            .bound = small_ ? Bound{} : bench_bounds::potential_growth});  // small ones are in cache or not
     smaller = ns[0];
   }
+  field_step();
+}
+
+// As slow as the solutions can wait for: a particle crosses a quarter of a cell in some fifteen steps.
+void Suite::field_step() {
+  BenchCase what{usual_size(), "ferro_oobleck", {}, {1, 1, 1}};
+  what.mach_number = 0.05;
+  what.gravity = 0.0;  // the speed stays
+  BenchRun plain(comm_, what);
+  what.magnetic_field = true;
+  BenchRun forced(comm_, what);
+  constexpr int n_blocks = 4;  // several solutions a round
+  const auto advance = [](BenchRun& run) { return Block([&run] { return run.advance(n_blocks * block_steps); }); };
+  const double solved_before = n_solutions(forced);
+  const auto seconds = time_in_turn(n_rounds(), {advance(plain), advance(forced)});
+  const double n_steps = 1.0 * n_rounds() * n_blocks * block_steps;
+  add({.part = "field",
+       .name = "a step with a magnetic field",
+       .value = mean(seconds[1]) / mean(seconds[0]),
+       .unit = "of plain",
+       .bound = small_ ? Bound{} : bench_bounds::field_step,
+       .note = fmt::format("{:.1f} ns, plain {:.1f}; a solution every {:.1f} steps", mean(seconds[1]) * forced.scale(),
+                           mean(seconds[0]) * plain.scale(), n_steps / (n_solutions(forced) - solved_before))});
 }
 
 Json Suite::json() const {
