@@ -26,6 +26,6 @@ struct WorkCase {
 std::vector<WorkTerm> count_work(const WorkCase& work);
 
 /// Bytes of one iteration of PotentialSolver, per node of the finest level: docs/performance.md, "Magnetic fields".
-inline constexpr double bytes_of_potential = 918.0;
+inline constexpr double bytes_of_potential = 579.0;
 
 }  // namespace bulkley

@@ -357,10 +357,10 @@ PotentialReport PotentialSolver::solve(std::span<const double> right, double tol
 }
 
 std::size_t PotentialSolver::memory() const {
-  std::size_t n_values = 0;
+  std::size_t n_values = 5 * finest().owned().size();
   for (std::size_t level = 0; level < levels_.size(); ++level)
-    n_values += 8 * levels_[level]->ghosted().size() + 4 * levels_[level]->owned().size();
-  return n_values * sizeof(double) + 5 * finest().owned().size() * sizeof(double);
+    n_values += 8 * levels_[level]->ghosted().size() + 5 * levels_[level]->owned().size();
+  return n_values * sizeof(double);
 }
 
 }  // namespace bulkley

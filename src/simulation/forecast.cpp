@@ -187,6 +187,7 @@ Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks) {
   f.magnetic = magnetic_forecast(scene, n_ranks, speed, scene.time_stepping.end_time / f.n_steps);
   if (f.magnetic) {
     f.bytes_per_rank += f.magnetic->bytes_per_rank;
+    f.checkpoint_bytes += f.magnetic->checkpoint_bytes;
     if (f.n_frames > 0 && scene.output.magnetic_field) f.frame_bytes += f.magnetic->frame_bytes;
     f.warnings.insert(f.warnings.end(), f.magnetic->warnings.begin(), f.magnetic->warnings.end());
   }

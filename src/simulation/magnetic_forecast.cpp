@@ -12,10 +12,9 @@ namespace bulkley {
 
 namespace {
 
-// Measured on one quiet core (docs/performance.md): a solution to 1e-3 takes about three iterations and as much as one more for what is
-// done once; a law that saturates takes four sweeps, in each less iterations and more for the law.
-constexpr double seconds_per_node_and_iteration = 50e-9;
-constexpr double iterations_a_sweep = 3.0;
+// Measured on one quiet core (docs/performance.md): a solution to 1e-3 from the one before, contents and forces included.
+constexpr double seconds_per_node = 0.21e-6;
+constexpr double layers_factor = 1.8;  // with `mixing = "layers"`
 // Magnetostatics::memory with a layer of ghosts on boxes of some 40 nodes across, and PETSc's vectors.
 constexpr double numbers_per_node = 40.0;
 constexpr double numbers_of_layers = 18.0;  // and with `mixing = "layers"`, likewise
@@ -84,7 +83,6 @@ std::optional<MagneticForecast> magnetic_forecast(const Scene& scene, int n_rank
   for (std::size_t a = 0; a < 3; ++a) n_nodes *= f.n_nodes[a];
   for (int a = 0; a < 3; ++a) n_boxes *= shapes.back().n_cells(a);
 
-  bool linear = true;
   double n_magnetic = 0.0;
   const AppliedField field(settings.sources);
   for (const Body& body : scene.bodies) {
@@ -95,7 +93,6 @@ std::optional<MagneticForecast> magnetic_forecast(const Scene& scene, int n_rank
     b.traction = 0.5 * vacuum_permeability * b.magnetisation * b.magnetisation;
     f.bodies.push_back(b);
     speed = std::max(speed, std::sqrt(2.0 * b.traction / body.density));
-    linear = linear && law->law == Magnetisation::Law::linear;
     if (const auto warning = spikes(scene, body, b)) f.warnings.push_back(*warning);
   }
   for (const auto& law : magnets.magnetisations) n_magnetic += law ? 1.0 : 0.0;
@@ -104,9 +101,10 @@ std::optional<MagneticForecast> magnetic_forecast(const Scene& scene, int n_rank
   if (settings.solver == FieldSolver::petsc) bytes_per_node += PetscPotential::bytes_per_node;
   f.bytes_per_rank = bytes_per_node * n_nodes / std::min<double>(n_ranks, n_boxes);
   constexpr double shown = 8.0;  // numbers of a node in a frame: phi, H, B, theta
+  f.checkpoint_bytes = static_cast<GlobalIndex>(n_nodes * sizeof(double));
   f.frame_bytes =
       static_cast<GlobalIndex>(shown * n_nodes * (scene.output.precision == FloatPrecision::float32 ? 4.0 : 8.0));
-  f.solve_cost = seconds_per_node_and_iteration * n_nodes * (1.0 + iterations_a_sweep) * (linear ? 1.0 : 4.0);
+  f.solve_cost = seconds_per_node * n_nodes * (settings.mixing == Mixing::layers ? layers_factor : 1.0);
   f.steps_a_solve = std::max(1.0, settings.resolve_distance * scene.grid.cell_size / (speed * dt));
   if (f.n_levels < 3)
     f.warnings.push_back(

@@ -20,10 +20,11 @@ struct MagneticBodyForecast {
 struct MagneticForecast {
   Int3 n_nodes{0, 0, 0}, coarsest{0, 0, 0};  ///< of the field's box, and of its coarsest level
   int n_levels = 0;
-  double bytes_per_rank = 0.0;  ///< of the field, on a rank with a share of its nodes
-  GlobalIndex frame_bytes = 0;  ///< of output.magnetic_field, in one frame
-  double solve_cost = 0.0;      ///< s on one rank
-  double steps_a_solve = 0.0;   ///< at the largest speed, also sqrt(mu_0 M^2/rho), and the time step `dt`
+  double bytes_per_rank = 0.0;       ///< of the field, on a rank with a share of its nodes
+  GlobalIndex checkpoint_bytes = 0;  ///< of the potential
+  GlobalIndex frame_bytes = 0;       ///< of output.magnetic_field, in one frame
+  double solve_cost = 0.0;           ///< s on one rank
+  double steps_a_solve = 0.0;        ///< at the largest speed, also sqrt(mu_0 M^2/rho), and the time step `dt`
   std::vector<MagneticBodyForecast> bodies;
   std::vector<std::string> warnings;
 };
