@@ -21,8 +21,9 @@ LAWS = {  # (key, value)...: M2's fields outside, magnetisations inside
 }
 # Two balls: (susceptibility, distance of the centres over the radius): force along and across the field in mu_0 H^2 R^2, negative:
 # attraction.
-PAIRS = {(1.0, 2.5): (-0.13621944, 0.056335873), (1.0, 3.0): (-0.061559963, 0.028195136),
-         (3.0, 2.5): (-0.6161926, 0.21178717), (3.0, 3.0): (-0.26043859, 0.10950546)}
+PAIRS = {(0.5, 3.0): (-0.019621575, 0.0093283793), (1.0, 2.5): (-0.13621944, 0.056335873), (1.0, 3.0): (-0.061559963, 0.028195136),
+         (3.0, 2.5): (-0.6161926, 0.21178717), (3.0, 3.0): (-0.26043859, 0.10950546),
+         (10.0, 2.5): (-1.6687886, 0.47152193), (10.0, 3.0): (-0.65461262, 0.25150117)}
 
 
 def uniform(field):
@@ -141,8 +142,9 @@ def two_balls(study, bodies, levels):
             direction = "along" if along else "across"
             name = f"two balls of susceptibility {susceptibility:g}, {distance:g} R apart, {direction} the field"
             errors[f"{susceptibility:g}, {distance:g} R, {direction}"] = [f / exact - 1.0 for f in found]
-            gate = 0.04 if susceptibility == 1.0 else 0.1
-            study.expect(f"{name}: force, 16 cells across", found[levels.index(16)], exact, gate, "mu_0 H^2 R^2")
+            if susceptibility <= 3.0:  # stronger ones are 14 % off with 16 cells and 9 % with 24: shown, not judged
+                gate = 0.04 if susceptibility <= 1.0 else 0.1
+                study.expect(f"{name}: force, 16 cells across", found[levels.index(16)], exact, gate, "mu_0 H^2 R^2")
             study.remark(f"{name[0].upper()}{name[1:]}: force over the exact one less 1: " + ", ".join(
                 f"{100 * (f / exact - 1):+.2f} % with {n} cells" for n, f in zip(levels, found)) + ".")
     return errors
@@ -191,8 +193,11 @@ def torques(study, bodies, levels):
 
 def draw(curves, levels, title):
     def draw_on(axes):
+        colors = {}  # a pair of balls has one, along and across the field
         for name, errors in curves.items():
-            axes.plot([1.0 / n for n in levels], [100 * e for e in errors], "o-", label=name)
+            color = colors.setdefault(name.rsplit(",", 1)[0], f"C{len(colors)}")
+            axes.plot([1.0 / n for n in levels], [100 * e for e in errors], "o--" if name.endswith("across") else "o-", color=color,
+                      label=name)
         axes.axhline(0.0, color="k", linewidth=0.5)
         axes.set(xlabel="1 / cells across", ylabel="error / %", xlim=(0.0, 0.13))
         axes.legend(fontsize=7, title=title, title_fontsize=7)
