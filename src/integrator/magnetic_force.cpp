@@ -84,6 +84,7 @@ void MagneticForce::solve(double time, ParticleGrid& particles) {
     std::copy(field_->forces(a).begin(), field_->forces(a).end(), set.real(Field::magnetic_force, a));
   if (set.has(Field::magnetic_field_strength))
     std::copy(field_->strengths().begin(), field_->strengths().end(), set.real(Field::magnetic_field_strength));
+  field_->show(particles);
   describe(time, particles, report);
   travelled_ = 0.0;
 }

@@ -14,6 +14,31 @@ NodeBox Magnetostatics::owned_edges(int axis, const NodeBox& box) const {
   return common(edges, box);
 }
 
+// By the half edges of (G5).
+std::vector<double> Magnetostatics::field_along(int axis) const {
+  std::vector<double> field(total_.size(), 0.0);
+  const auto next = static_cast<std::size_t>(potential_solver_.finest().ghosted().stride(axis));
+  for (std::size_t n = 0; n < filled_.size(); ++n)
+    for (const std::size_t lower : {filled_at_[n] - next, filled_at_[n]}) {
+      if (std::isnan(applied_along_[static_cast<std::size_t>(axis)][lower])) continue;  // beyond the box
+      const auto shares = half_edge_shares(around(axis)[lower], around(axis)[lower + next]);
+      field[filled_[n]] += 0.5 * shares[lower == filled_at_[n] ? 0 : 1] * edge_field(axis, lower);
+    }
+  return field;
+}
+
+std::vector<double> Magnetostatics::inner_field() const {
+  std::vector<double> inner(total_.size(), 0.0);
+  for (std::size_t n = 0; n < filled_.size(); ++n) inner[filled_[n]] = layers_ ? layered_states_[n].inner : states_[n].inner;
+  return inner;
+}
+
+std::vector<double> Magnetostatics::indicator() const {
+  std::vector<double> one(total_.size(), 0.0);
+  for (const std::size_t i : filled_) one[i] = 1.0;
+  return one;
+}
+
 // Of an edge at a place among ghosted nodes, over its share of a cell.
 double Magnetostatics::edge_energy(int axis, std::size_t at) const {
   const auto next = static_cast<std::size_t>(potential_solver_.finest().ghosted().stride(axis));

@@ -110,6 +110,34 @@ void MagneticParticles::find_forces(ParticleGrid& particles) {
   }
 }
 
+std::vector<double> MagneticParticles::gathered(ParticleGrid& particles, std::span<const double> field) {
+  std::vector<double> values(static_cast<std::size_t>(particles.particles().size()));
+  to_pool(particles, field, pool_);
+  scalar_gather(particles.grid(), particles.layout(), particles.particles(), particles.map(), {pool_.data(), values.data()},
+                {});
+  return values;
+}
+
+void MagneticParticles::show(ParticleGrid& particles) {
+  ParticleSet& set = particles.particles();
+  if (!set.has(Field::magnetic_field) && !set.has(Field::magnetisation)) return;
+  std::array<std::vector<double>, 3> field;
+  for (int a = 0; a < 3; ++a) field[static_cast<std::size_t>(a)] = gathered(particles, field_.field_along(a));
+  const std::vector<double> inner = gathered(particles, field_.inner_field()),
+                            weight = gathered(particles, field_.indicator());
+  const std::uint8_t* const material = set.material();
+  for (std::size_t p = 0; p < weight.size(); ++p) {
+    const Vec3 H = weight[p] > 0.0 ? Vec3(Vec3(field[0][p], field[1][p], field[2][p]) / weight[p]) : Vec3::Zero();
+    if (set.has(Field::magnetic_field)) set.set_vector(Field::magnetic_field, static_cast<LocalIndex>(p), H);
+    if (!set.has(Field::magnetisation)) continue;
+    const int magnet = magnet_of_[material[p]];
+    const bool magnetised = magnet >= 0 && H.norm() > 0.0;
+    const double strength =
+        magnetised ? field_.material(static_cast<std::size_t>(magnet)).at(inner[p] / weight[p]) / H.norm() : 0.0;
+    set.set_vector(Field::magnetisation, static_cast<LocalIndex>(p), strength * H);
+  }
+}
+
 void MagneticParticles::to_pool(ParticleGrid& particles, std::span<const double> field, std::vector<double>& pool) {
   scatter_->to_owned(field.data(), owned_.data());
   particles.exchange().get(owned_.data(), pool.data());

@@ -29,12 +29,18 @@ class MagneticParticles {
   const std::vector<double>& forces(int axis) const { return forces_[static_cast<std::size_t>(axis)]; }
   const std::vector<double>& strengths() const { return strengths_; }
 
+  /// Likewise, into the fields `magnetic_field` and `magnetisation` of the particles as they are, of those that they have: means over the
+  /// nodes with material in their stencil. Collective.
+  void show(ParticleGrid& particles);
+
   Magnetostatics& field() { return field_; }
   std::size_t memory() const;
 
  private:
   void find_forces(ParticleGrid& particles);
   void to_pool(ParticleGrid& particles, std::span<const double> field, std::vector<double>& pool);
+
+  std::vector<double> gathered(ParticleGrid& particles, std::span<const double> field);
 
   std::vector<int> magnet_of_;  ///< by material: among the magnetic ones, or -1
   Magnetostatics field_;

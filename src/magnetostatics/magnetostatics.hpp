@@ -36,6 +36,7 @@ class Magnetostatics {
                  std::vector<Magnetisation> materials, const AppliedField& applied);
 
   std::size_t n_materials() const { return materials_.size(); }
+  const Magnetisation& material(std::size_t n) const { return materials_[n]; }
   const FieldGrid& grid() const { return potential_solver_.finest().grid(); }
   const PotentialSolver& potential_solver() const { return potential_solver_; }
 
@@ -47,6 +48,10 @@ class Magnetostatics {
   /// material and zero elsewhere.
   const std::vector<double>& potential() const { return potential_; }
   std::span<const double> strength() const { return strength_; }
+  /// Likewise: H along an axis; h, the field inside the content, both A/m; and 1 where there is material.
+  std::vector<double> field_along(int axis) const;
+  std::vector<double> inner_field() const;
+  std::vector<double> indicator() const;
   std::span<const double> energy_slope(std::size_t material) const { return energy_slopes_[material]; }
   /// Where the next solution starts; fields and energies are those of the last one all the same. Not collective.
   void set_potential(std::vector<double> potential) { potential_ = std::move(potential); }

@@ -74,6 +74,8 @@ std::optional<Need> need_of(Field field, const Scene& scene) {
   if (field == Field::viscous_stress)
     return Need{time.viscosity == ViscosityKind::implicit_stress, "time.viscosity = \"implicit\"", false};
   if (field == Field::magnetic_force) return Need{scene.magnetics.has_value(), "[magnetics]", true};
+  if (field == Field::magnetic_field || field == Field::magnetisation)
+    return Need{scene.magnetics.has_value(), "[magnetics]", false};
   return {};
 }
 

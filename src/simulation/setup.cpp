@@ -80,6 +80,8 @@ OptionalFields optional_fields(const Scene& scene) {
   if (scene.time_stepping.integrator == IntegratorKind::imex) fields.insert(Field::cell_mean_stress);
   if (scene.time_stepping.viscosity == ViscosityKind::implicit_stress) fields.insert(Field::viscous_stress);
   if (scene.magnetics) fields.insert(Field::magnetic_force);
+  for (const Field field : {Field::magnetic_field, Field::magnetisation})  // computed only for frames that show them
+    if (std::ranges::count(scene.output.fields, info(field).name) > 0) fields.insert(field);
   return fields;
 }
 

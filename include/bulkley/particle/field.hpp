@@ -29,6 +29,8 @@ enum class Field : int {
   viscous_stress,
   magnetic_field_strength,
   magnetic_force,
+  magnetic_field,
+  magnetisation,
   material,
   id,
 };
@@ -89,6 +91,12 @@ inline constexpr std::array field_table = {
               true, true},
     FieldInfo{Field::magnetic_force, "magnetic_force", "N", "force of the magnetic field, as of its last solution",
               FieldType::real, 3, true, true, true},
+    FieldInfo{Field::magnetic_field, "magnetic_field", "A/m",
+              "magnetic field H as nodes with magnetic material have it, of its last solution", FieldType::real, 3, true,
+              true, true},
+    FieldInfo{Field::magnetisation, "magnetisation", "A/m",
+              "magnetisation of the undiluted material in the field inside it, as of its last solution", FieldType::real, 3,
+              true, true, true},
     FieldInfo{Field::material, "material", "1", "index into the scene's materials", FieldType::uint8, 1, true, true},
     FieldInfo{Field::id, "id", "1", "unique, from the seeding geometry alone", FieldType::int64, 1, true, true},
 };

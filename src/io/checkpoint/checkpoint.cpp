@@ -237,8 +237,8 @@ void read_checkpoint(const Comm& comm, const std::string& file, GlobalIndex firs
     std::vector<FieldInfo> fields = written_fields(particles);
     for (const FieldInfo& field : fields)
       if (!reader.has(array_path(field)))
-        throw RunError(
-            fmt::format("'{}' does not hold '{}', which the law of a material in the scene needs", file, field.name));
+        throw RunError(fmt::format(
+            "'{}' does not hold '{}', which the law of a material or output.fields in the scene needs", file, field.name));
     return fields;
   };
   read_fields(comm, file, header, first, count, needed_fields,

@@ -16,7 +16,7 @@ from bulkley_program import fail, parse_arguments, start  # noqa: E402
 
 FIELDS = ["velocity", "affine_velocity", "left_cauchy_green", "volume_ratio", "kirchhoff_stress", "plastic_shear_rate",
           "plastic_dissipation", "mass", "reference_volume", "structure", "hardening", "plastic_volume_ratio",
-          "viscous_left_cauchy_green", "cell_mean_stress", "viscous_stress", "magnetic_force",
+          "viscous_left_cauchy_green", "cell_mean_stress", "viscous_stress", "magnetic_force", "magnetic_field", "magnetisation",
           "magnetic_field_strength", "material", "id", "pressure", "deviatoric_stress", "cauchy_stress", "density", "rank"]
 SCENE = ["run", str(ROOT / "drivers/scenes/all_materials.toml"), "--out", "out", "--quiet", "--max-steps", "3",
          "--set", "domain.cell_size=0.05", "--set", "output.history_interval=1", "--set", "output.frame_interval=1e-5",

@@ -101,6 +101,8 @@ void write_run(const Comm& comm, const std::string& folder) {
   std::erase(settings.fields, "cell_mean_stress");  // of runs with the implicit pressure
   std::erase(settings.fields, "viscous_stress");    // and with implicit viscosity
   std::erase(settings.fields, "magnetic_field_strength");
+  std::erase(settings.fields, "magnetic_field");
+  std::erase(settings.fields, "magnetisation");
   std::erase(settings.fields, "magnetic_force");
   std::erase(settings.fields, "hardening");
   std::erase(settings.fields, "plastic_volume_ratio");

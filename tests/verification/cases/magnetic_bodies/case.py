@@ -70,7 +70,8 @@ class Bodies:
     def ball(self, label, cells, magnetic, sources, both=False):
         middle = OFFSET * 2.0 * RADIUS / cells
         sets = {f"materials.soft.magnetic.{key}": value for key, value in magnetic.items()}
-        sets |= around([RADIUS] * 3, cells) | {"bodies.body.shape.center": middle.tolist(), "magnetics.sources": sources}
+        sets |= around([RADIUS] * 3, cells) | {"bodies.body.shape.center": middle.tolist(), "magnetics.sources": sources,
+                                               "output.fields": ["magnetic_field", "magnetisation"]}
         return self.run(label, cells, sets, both=both)
 
     def balls(self, susceptibility, distance, along, cells):
@@ -107,14 +108,21 @@ def one_ball(study, bodies, levels):
     """M1, M2 and M4."""
     for susceptibility, gate in ((1.0, 0.02), (10.0, 0.06)):
         exact = 3.0 * susceptibility / (3.0 + susceptibility) * STRENGTH
+        inside = {"magnetic_field": [], "magnetisation": []}  # errors of the means
         for cells in levels:
             found = bodies.ball(f"ball_{susceptibility:g}", cells, {"susceptibility": susceptibility}, uniform([STRENGTH, 0, 0]),
                                 both=cells == levels[0])
             study.expect(f"ball of susceptibility {susceptibility:g}: moment, {cells} cells across", found.moment[0],
                          exact * found.volume, gate if cells >= 16 else 0.1, "A m^2")
+            middle = numpy.linalg.norm(found.particles["position"] - OFFSET * 2.0 * RADIUS / cells, axis=1) < 0.6 * RADIUS
+            for field, truth in (("magnetic_field", exact / susceptibility), ("magnetisation", exact)):
+                inside[field].append(found.particles[field][middle, 0].mean() / truth - 1.0)
             pull = 0.5 * MU0 * exact**2 * math.pi * RADIUS**2
             study.expect_at_most(f"ball of susceptibility {susceptibility:g}: net force in a uniform field, {cells} cells",
                                  numpy.linalg.norm(found.force) / pull, 0.01, note="over mu_0 M^2/2 of its cross-section")
+        for field, errors in inside.items():
+            study.expect_convergence(f"ball of susceptibility {susceptibility:g}: {field} of particles within 0.6 R", levels, errors,
+                                     0.15 if susceptibility > 1.0 else 0.02, 0.6)
     for name, (law, strength, inside) in LAWS.items():
         if study.long or name == "Langevin":
             found = bodies.ball(f"ball_{law['law']}_{law['susceptibility']:g}", 16, law, uniform([0, strength, 0]))
