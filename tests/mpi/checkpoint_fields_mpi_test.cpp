@@ -74,7 +74,7 @@ TEST_F(CheckpointFields, RefusesAFileWithoutAnInternalVariableThatIsNeeded) {
   ParticleSet snow({Field::hardening, Field::plastic_volume_ratio});
   const std::string sentence = sentence_of<RunError>([&] { read_checkpoint(comm, file, first, count, snow); });
   const std::string expected =
-      "'" + file + "' does not hold 'plastic_volume_ratio', which the law of a material in the scene needs";
+      "'" + file + "' does not hold 'plastic_volume_ratio', which the law of a material or output.fields in the scene needs";
   EXPECT_NE(sentence.find(expected), std::string::npos) << sentence;
   ParticleSet plain;
   EXPECT_EQ(sentence_of<RunError>([&] { read_checkpoint(comm, file, first, count, plain); }), "nothing thrown");

@@ -133,7 +133,9 @@ TEST_F(IntegratorTest, ASchemeWithoutGridFindsItsTransport) {
     }
   }
   expect_same(gathered(comm, shared.particles()), gathered(self, alone.particles()));
-  if (comm.size() > 1) EXPECT_GT(n_migrated, 0);
+  if (comm.size() > 1) {
+    EXPECT_GT(n_migrated, 0);
+  }
   // And what theory says of flight: v(t) = v(0) + g t.
   const ParticleSet end = gathered(comm, shared.particles());
   ASSERT_EQ(end.size(), scene.particles.size());
