@@ -1,0 +1,56 @@
+#include "geometry/free_motion.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace bulkley {
+
+namespace {
+
+constexpr int most_sweeps = 50;
+constexpr double largest_contraction = 0.25;
+
+/// One step of the rotation: Pi_1 = Pi_0 + dt Pi_m x w, w = I^-1 Pi_m by fixed point, then Cayley's map.
+void turn(const Vec3& inverse_moments, double dt, RigidState& state) {
+  const Vec3 start = state.rotation.conjugate() * state.angular_momentum;
+  Vec3 end = start, spin = Vec3::Zero();
+  for (int sweep = 0; sweep < most_sweeps; ++sweep) {
+    const Vec3 middle = 0.5 * (start + end);
+    spin = inverse_moments.cwiseProduct(middle);
+    const Vec3 next = start + dt * middle.cross(spin);
+    if (next == end) break;
+    end = next;
+  }
+  const Vec3 half = 0.5 * dt * spin;
+  state.rotation = (state.rotation * Eigen::Quaterniond(1.0, half[0], half[1], half[2])).normalized();
+}
+
+}  // namespace
+
+Mat3 world_inertia(const RigidMass& mass, const RigidState& state) {
+  const Mat3 r = state.rotation.toRotationMatrix();
+  return r * mass.moments.asDiagonal() * r.transpose();
+}
+
+RigidVelocity velocity(const RigidMass& mass, const RigidState& state) {
+  const Vec3 body = state.rotation.conjugate() * state.angular_momentum;
+  return {state.momentum / mass.mass, state.rotation * body.cwiseQuotient(mass.moments), state.center};
+}
+
+double kinetic_energy(const RigidMass& mass, const RigidState& state) {
+  const Vec3 body = state.rotation.conjugate() * state.angular_momentum;
+  return 0.5 * (state.momentum.squaredNorm() / mass.mass + body.cwiseProduct(body).cwiseQuotient(mass.moments).sum());
+}
+
+void advance(const RigidMass& mass, double dt, RigidState& state) {
+  state.center += dt * (state.momentum / mass.mass);
+  const Vec3 inverse = mass.moments.cwiseInverse();
+  const double smallest = mass.moments.minCoeff(), largest = mass.moments.maxCoeff();
+  const double contraction = std::abs(dt) * (state.angular_momentum.norm() / smallest) * (largest - smallest) / smallest;
+  if (!std::isfinite(contraction)) return;  // the caller ends such a run
+  int n_steps = 1;
+  for (double rest = contraction; rest > largest_contraction && n_steps < (1 << 20); rest *= 0.5) n_steps *= 2;
+  for (int n = 0; n < n_steps; ++n) turn(inverse, dt / n_steps, state);
+}
+
+}  // namespace bulkley
