@@ -33,14 +33,14 @@ int cells_inside(const GridGeometry& grid, int f, const Int3& node) {
   return f % 2 == 0 ? from_lower : grid.n_cells[static_cast<std::size_t>(axis)] - from_lower;
 }
 
-/// How far in front of a collider a node is still held, m. Where the nearest held nodes are far behind the surface, they
-/// have next to no weight left for the material at the surface, which slides past: with three quarters of a cell, a plane
-/// acts 0.3 cells behind to 0.6 in front of its position, depending on the nodes; with half a cell, up to 1.5 behind.
-double reach(const GridGeometry& grid, Contact contact) {
+}  // namespace
+
+// How far in front of a collider a node is still held, m. Where the nearest held nodes are far behind the surface, they
+// have next to no weight left for the material at the surface, which slides past: with three quarters of a cell, a plane
+// acts 0.3 cells behind to 0.6 in front of its position, depending on the nodes; with half a cell, up to 1.5 behind.
+double hold_distance(const GridGeometry& grid, Contact contact) {
   return contact == Contact::separating ? 0.0 : 0.75 * grid.cell_size;
 }
-
-}  // namespace
 
 void settle_center(Collider& collider) {
   const Bounds b = bounds(collider.shape);
@@ -74,7 +74,7 @@ std::vector<NodeConstraint> node_constraints(const GridGeometry& grid, const Fac
     const Vec3 x = grid.node_position(node);
     for (std::size_t c = 0; c < colliders.size(); ++c) {
       const Collider& collider = colliders[c];
-      if (!collider.motion.moves() && signed_distance(collider.shape, x) <= reach(grid, collider.contact))
+      if (!collider.motion.moves() && signed_distance(collider.shape, x) <= hold_distance(grid, collider.contact))
         result.push_back({index, collider.contact, collider.friction, outward_normal(collider.shape, x), Vec3::Zero(),
                           static_cast<std::int32_t>(c), x - collider.motion.center});
     }
@@ -112,7 +112,7 @@ void MovingConstraints::add_collider(std::size_t number, double time, double dt)
   const Pose pose = collider.motion.pose(time);
   const RigidVelocity velocity = collider.motion.velocity_at(time + 0.5 * dt);
   const Vec3 center = pose.to_world(collider.motion.center);
-  const double held = reach(grid_, collider.contact);
+  const double held = hold_distance(grid_, collider.contact);
   const Bounds box = bounds(collider.shape, pose);
   // The box in node indices, one node larger for rounding; ints hold every node's index, infinities do not fit.
   Int3 first, last;

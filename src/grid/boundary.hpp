@@ -28,6 +28,9 @@ struct Collider {
 /// called again once a mesh has been read. Not collective.
 void settle_center(Collider& collider);
 
+/// How far in front of an obstacle a node is still held, m. Not collective.
+double hold_distance(const GridGeometry& grid, Contact contact);
+
 /// One constraint on one node. Constraints on a node are applied in the order of the list.
 struct NodeConstraint {
   LocalIndex node;  ///< index into the caller's node array

@@ -8,7 +8,7 @@
 
 namespace bulkley {
 
-/// Numbers of the places of contact: the six faces, then the colliders.
+/// Numbers of the places of contact: the six faces, then the colliders, then the rigid bodies.
 constexpr std::size_t n_faces = 6;
 
 /// Folds, contact and unfolding of one step, each done by the functions of kernel/grid_update.hpp and recorded. All numbers

@@ -72,9 +72,9 @@ EnergyBudget::EnergyBudget(const Physics& physics, std::size_t n_forces)
     : physics_(physics),
       n_forces_(n_forces),
       inertia_(affine_inertia(physics.grid, physics.transfer)),
-      sums_(n_terms + n_forces + 2 * (n_faces + physics.colliders.size())),
+      sums_(n_terms + n_forces + 2 * (n_faces + physics.colliders.size() + physics.rigid_bodies.size())),
       trial_(sums_.size()),
-      contact_(physics.colliders.size()),
+      contact_(physics.colliders.size() + physics.rigid_bodies.size()),
       force_impulses_(n_forces) {}
 
 void EnergyBudget::begin_trial() {

@@ -67,6 +67,8 @@ StepReport ExplicitStep::step(const StepRequest& request, TimeStepState& state) 
   check_motion(parts_.comm(), settings, cell_size, report.plan.dt, particles.particles(), report.bounds);
   accept_step(settings, report.plan, report.bounds, state);
   for (const auto& force : parts_.forces) force->accept(request.time + report.plan.dt, report.plan.dt);
+  if (RigidContact* const bodies = parts_.contact.rigid_bodies())
+    bodies->accept(request.time + report.plan.dt, report.plan.dt);
   return report;
 }
 

@@ -15,8 +15,12 @@ ContactImpulses no_contact_impulses(const Physics& physics) {
           (grid.upper() - grid.lower).maxCoeff()};
 }
 
-NodeContact::NodeContact(const Physics& physics)
-    : physics_(physics), none_(no_contact_impulses(physics)), impulses_(none_), gauges_(physics) {}
+NodeContact::NodeContact(const Physics& physics, const Comm& comm)
+    : physics_(physics), none_(no_contact_impulses(physics)), impulses_(none_), gauges_(physics) {
+  if (physics.rigid_bodies.empty()) return;
+  rigid_.emplace(physics, comm);
+  rigid_received_ = ContactImpulses(physics.colliders.size() + physics.rigid_bodies.size(), 1.0, 1.0);
+}
 
 void NodeContact::fit(const Exchange& exchange) {
   const GridGeometry& grid = physics_.grid;
@@ -27,6 +31,7 @@ void NodeContact::fit(const Exchange& exchange) {
   if (std::any_of(physics_.colliders.begin(), physics_.colliders.end(), moves))
     moving_constraints_.emplace(grid, physics_.colliders, nodes, std::vector(active.begin(), active.end()), constraints_);
   for (NodeConstraint& constraint : constraints_) constraint.node = active[static_cast<std::size_t>(constraint.node)];
+  if (rigid_) rigid_->fit(nodes, std::vector(active.begin(), active.end()), constraints_);
   images_ = node_images(grid, physics_.faces, nodes);
   for (NodeImage& image : images_) {
     image.behind = active[static_cast<std::size_t>(image.behind)];
@@ -39,13 +44,25 @@ void NodeContact::apply(double time, const GridUpdate& update, Node* nodes, Node
                         ContactAccount& account) {
   gauges_.before_constraints(nodes, received);
   account.apply(constraints_, nodes, change, received);
+  std::span<const NodeConstraint> moving_ones;
   if (moving_constraints_) {
     const std::vector<NodeConstraint>& moving = moving_constraints_->at(time, update.dt);
     gauges_.before_moving(moving, time, nodes, received);
     account.apply(moving, nodes, change, received);
+    moving_ones = moving;
   }
+  if (rigid_) merge_bodies(update, moving_ones, nodes, change, received, account);
   account.unfold(update, images_, nodes, change);
   gauges_.after_unfold(nodes, change, received);
+}
+
+// Bodies and the nodes that they hold, then the walls of those nodes once more.
+void NodeContact::merge_bodies(const GridUpdate& update, std::span<const NodeConstraint> moving, Node* nodes, Node* change,
+                               ContactImpulses& received, ContactAccount& account) {
+  rigid_->merge(update, moving, nodes);
+  rigid_received_.clear();
+  account.apply(rigid_->held(), nodes, change, rigid_received_);
+  account.apply(rigid_->walls_again(), nodes, change, received);
 }
 
 void NodeContact::fold_later(Node* impulses) {
@@ -54,7 +71,8 @@ void NodeContact::fold_later(Node* impulses) {
 }
 
 double NodeContact::collider_speed(double first, double last) const {
-  return bulkley::collider_speed(physics_.grid, physics_.colliders, first, last);
+  const double colliders = bulkley::collider_speed(physics_.grid, physics_.colliders, first, last);
+  return rigid_ ? std::max(colliders, rigid_->speed_bound(last - first)) : colliders;
 }
 
 ContactImpulses NodeContact::impulses(const Comm& comm) const { return sum_global(comm, impulses_); }
@@ -65,8 +83,8 @@ void NodeContact::set_impulses(const Comm& comm, const ContactImpulses& sums) {
 }
 
 std::size_t NodeContact::memory() const {
-  return gauges_.memory() + images_.capacity() * sizeof(NodeImage) + constraints_.capacity() * sizeof(NodeConstraint) +
-         (moving_constraints_ ? moving_constraints_->memory() : 0);
+  return (rigid_ ? rigid_->memory() : 0) + gauges_.memory() + images_.capacity() * sizeof(NodeImage) +
+         constraints_.capacity() * sizeof(NodeConstraint) + (moving_constraints_ ? moving_constraints_->memory() : 0);
 }
 
 }  // namespace bulkley

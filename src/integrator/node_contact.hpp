@@ -8,6 +8,7 @@
 #include "integrator/contact_account.hpp"
 #include "integrator/gauge_contact.hpp"
 #include "integrator/physics.hpp"
+#include "integrator/rigid_contact.hpp"
 #include "kernel/grid_update.hpp"
 
 namespace bulkley {
@@ -17,8 +18,8 @@ ContactImpulses no_contact_impulses(const Physics& physics);
 
 class NodeContact {
  public:
-  /// `physics` must outlive this.
-  explicit NodeContact(const Physics& physics);
+  /// Both must outlive this.
+  NodeContact(const Physics& physics, const Comm& comm);
 
   /// For gauges; see GaugeContact::set_kept_share. Not collective.
   void set_kept_share(double share) { gauges_.set_kept_share(share); }
@@ -36,11 +37,12 @@ class NodeContact {
   /// collective.
   void fold_later(Node* impulses);
   /// Velocities -> velocities after contact in a step from `time`, and of the nodes behind walls. `change`: as
-  /// apply_constraints. Adds what colliders and gauges receive to `received`. Not collective.
+  /// apply_constraints. Adds what colliders and gauges receive to `received`. Collective where there
+  /// are rigid bodies.
   void apply(double time, const GridUpdate& update, Node* nodes, Node* change, ContactImpulses& received,
              ContactAccount& account);
 
-  /// Speed that no point of a collider exceeds between two times, m/s. Not collective.
+  /// Speed that no point of a collider or rigid body exceeds between two times, m/s. Not collective.
   double collider_speed(double first, double last) const;
 
   /// No sums, in the right units; for `apply` and `add`.
@@ -53,15 +55,24 @@ class NodeContact {
   /// Continues from such sums: those of a checkpoint, or none. Not collective (the same on every rank).
   void set_impulses(const Comm& comm, const ContactImpulses& sums);
 
+  /// The rigid bodies, if there are any; nullptr else.
+  RigidContact* rigid_bodies() { return rigid_ ? &*rigid_ : nullptr; }
+  const RigidContact* rigid_bodies() const { return rigid_ ? &*rigid_ : nullptr; }
+
   std::size_t memory() const;
 
  private:
+  void merge_bodies(const GridUpdate& update, std::span<const NodeConstraint> moving, Node* nodes, Node* change,
+                    ContactImpulses& received, ContactAccount& account);
+
   const Physics& physics_;
   ContactImpulses none_, impulses_;
   std::vector<NodeConstraint> constraints_;
   std::optional<MovingConstraints> moving_constraints_;  ///< only where a collider moves
   std::vector<NodeImage> images_;
   GaugeContact gauges_;
+  std::optional<RigidContact> rigid_;  ///< only where there are rigid bodies
+  ContactImpulses rigid_received_;     ///< of no use: the bodies' own sums have it
 };
 
 }  // namespace bulkley

@@ -8,6 +8,7 @@
 #include "config/formula.hpp"
 #include "grid/boundary.hpp"
 #include "grid/gauge.hpp"
+#include "grid/rigid_body.hpp"
 #include "kernel/pressure_cells.hpp"
 #include "kernel/transfer.hpp"
 #include "magnetics/magnetics_settings.hpp"
@@ -40,6 +41,7 @@ struct Physics {
   /// With implicit viscosity: that of the materials' viscous stress, Pa s, which `materials` then lack. Empty otherwise.
   std::vector<double> implicit_viscosities = {};
   std::optional<Magnets> magnets = {};
+  std::vector<RigidBody> rigid_bodies = {};
 };
 
 }  // namespace bulkley

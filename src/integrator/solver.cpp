@@ -12,6 +12,8 @@ namespace bulkley {
 
 namespace {
 
+const std::string rigid_prefix = "force.rigid_bodies.";  // no force has this name
+
 // Wave speed, viscosity and stress bounds of particles as they are, without a step.
 void measure_state(const std::vector<NamedMaterial>& materials, const ParticleSet& particles, StepBounds& bounds) {
   for (LocalIndex p = 0; p < particles.size(); ++p) {
@@ -118,6 +120,21 @@ std::vector<double> Solver::force_history() const {
     values.insert(values.end(), own.begin(), own.end());
   }
   return values;
+}
+
+void Solver::save_forces(Reals& reals, Integers& integers) const {
+  bulkley::save_forces(parts_.forces, reals, integers);
+  Reals bodies;
+  if (const RigidContact* const rigid = parts_.contact.rigid_bodies()) rigid->save(bodies);
+  for (const auto& [name, number] : bodies) reals[rigid_prefix + name] = number;
+}
+
+void Solver::load_forces(const Reals& reals, const Integers& integers) {
+  bulkley::load_forces(parts_.forces, reals, integers);
+  Reals bodies;
+  for (const auto& [name, number] : reals)
+    if (name.starts_with(rigid_prefix)) bodies[name.substr(rigid_prefix.size())] = number;
+  if (RigidContact* const rigid = parts_.contact.rigid_bodies()) rigid->load(bodies);
 }
 
 GlobalIndex Solver::halo_bytes() const {

@@ -64,9 +64,12 @@ class Solver {
   std::vector<double> force_history() const;
   std::size_t n_forces() const { return parts_.forces.size(); }
 
-  /// What the forces must find again after a restart; see NodeForce::save. Not collective.
-  void save_forces(Reals& reals, Integers& integers) const { bulkley::save_forces(parts_.forces, reals, integers); }
-  void load_forces(const Reals& reals, const Integers& integers) { bulkley::load_forces(parts_.forces, reals, integers); }
+  /// The rigid bodies of the run, if there are any; nullptr else. Not collective.
+  RigidContact* rigid_bodies() { return parts_.contact.rigid_bodies(); }
+
+  /// What forces and rigid bodies must find again after a restart; see NodeForce::save. Not collective.
+  void save_forces(Reals& reals, Integers& integers) const;
+  void load_forces(const Reals& reals, const Integers& integers);
   /// NodeForce::save_fields, load_fields of all forces. Collective.
   std::vector<BoxFields> save_force_fields() const;
   void load_force_fields(const BoxSource& source);

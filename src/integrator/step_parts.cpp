@@ -11,7 +11,7 @@ StepParts::StepParts(const Physics& all_physics, ParticleGrid& all_particles, No
                      PhaseTimes& phase_times)
     : physics(all_physics),
       particles(all_particles),
-      contact(all_physics),
+      contact(all_physics, all_particles.comm()),
       forces(std::move(node_forces)),
       budget(all_physics, forces.size()),
       times(phase_times),

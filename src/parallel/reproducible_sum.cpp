@@ -85,7 +85,10 @@ std::vector<double> sums_within(const Comm& comm, std::span<const double> rows, 
   return result;
 }
 
-ContactImpulses sum_global(const Comm& comm, const ContactImpulses& local) {
+namespace {
+
+template <class Sums>
+Sums sum_words(const Comm& comm, const Sums& local) {
   std::vector<std::int64_t> words = local.words();
   std::vector<WideInteger> sums(words.size() / 2);
   for (std::size_t i = 0; i < sums.size(); ++i) sums[i] = {words[2 * i], words[2 * i + 1]};
@@ -94,9 +97,14 @@ ContactImpulses sum_global(const Comm& comm, const ContactImpulses& local) {
     words[2 * i] = sums[i].low;
     words[2 * i + 1] = sums[i].high;
   }
-  ContactImpulses total = local;
+  Sums total = local;
   total.set_words(words);
   return total;
 }
+
+}  // namespace
+
+ContactImpulses sum_global(const Comm& comm, const ContactImpulses& local) { return sum_words(comm, local); }
+ExactSums sum_global(const Comm& comm, const ExactSums& local) { return sum_words(comm, local); }
 
 }  // namespace bulkley

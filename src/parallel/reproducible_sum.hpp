@@ -4,7 +4,7 @@
 //
 //   reproducible_sum, _dot   numbers of any magnitudes, one reduction: scalars of solvers
 //   sums_within              columns whose largest magnitudes are known anyway: history.csv
-//   sum_global (128 bits)    integers: the impulses on colliders
+//   sum_global (128 bits)    integers: the impulses on colliders, the momenta that rigid bodies share with nodes
 //
 // Nodal sums of a step have machinery of their own for their speed (kernel/p2g.hpp, kernel/scalar_deposit.hpp).
 
@@ -14,6 +14,7 @@
 #include "base/binned_sum.hpp"
 #include "bulkley/parallel/comm.hpp"
 #include "grid/contact_impulse.hpp"
+#include "grid/exact_sums.hpp"
 
 namespace bulkley {
 
@@ -36,5 +37,6 @@ std::vector<double> sums_within(const Comm& comm, std::span<const double> rows, 
 
 /// The sums of all ranks. Exact. Precondition: made the same on every rank. Collective.
 ContactImpulses sum_global(const Comm& comm, const ContactImpulses& local);
+ExactSums sum_global(const Comm& comm, const ExactSums& local);
 
 }  // namespace bulkley

@@ -125,6 +125,7 @@ namespace {
 void require_own_columns(const Value& output, const Scene& scene, Faults& faults) {
   std::map<std::string, std::string> owners;
   for (const Collider& collider : scene.colliders) owners.emplace(column_prefix(collider.name), "a collider");
+  for (const RigidBody& body : scene.rigid_bodies) owners.emplace(column_prefix(body.name), "a rigid body");
   for (const char* list : {"front", "gauge"}) {
     const Value* entries = output.find(list);
     if (!entries) continue;

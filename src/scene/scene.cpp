@@ -19,6 +19,7 @@
 #include "scene/magnetics_keys.hpp"
 #include "scene/output_keys.hpp"
 #include "scene/partition_keys.hpp"
+#include "scene/rigid_body_keys.hpp"
 #include "scene/time_step_keys.hpp"
 #include "scene/transfer_keys.hpp"
 
@@ -121,6 +122,8 @@ void join_tables(const Value& root, Scene& scene, Faults& faults) {
   if (scene.bodies.empty()) faults.add(root.find("bodies")->place, "'bodies' is empty; a scene needs at least one body");
   require_different_names(root, "bodies", faults);
   require_different_names(root, "colliders", faults);
+  require_different_names(root, "rigid_bodies", faults);
+  join_rigid_bodies(root, scene, faults);
   assign_materials(root, scene, faults);
   check_frame_count(root, scene, faults);
   join_magnetics(root, scene, faults);  // before the fields, which need its laws
@@ -153,6 +156,7 @@ const config::Keys<Scene>& scene_keys() {
           .key("magnetics", &Scene::magnetics, {.about = "Magnetic fields.", .default_text = "none"})
           .key("bodies", &Scene::bodies, {.about = "Pieces of material at the start.", .required = true})
           .key("colliders", &Scene::colliders, {.about = "Rigid obstacles, fixed or moving.", .default_text = "none"})
+          .key("rigid_bodies", &Scene::rigid_bodies, {.about = "Free rigid bodies.", .default_text = "none"})
           .key("boundaries", &Scene::faces, {.about = "The faces of the domain."})
           .key("output", &Scene::output, {.about = "Output for visualization and analysis."})
           .key("checkpoint", &Scene::checkpoint, {.about = "Output for restarts."})
@@ -172,6 +176,7 @@ void resolve_mesh_files(const std::string& scene_file, Scene& scene) {
   };
   for (Body& body : scene.bodies) body.shape = with_meshes(body.shape, resolved);
   for (Collider& collider : scene.colliders) collider.shape = with_meshes(collider.shape, resolved);
+  for (RigidBody& body : scene.rigid_bodies) body.shape = with_meshes(body.shape, resolved);
 }
 
 }  // namespace

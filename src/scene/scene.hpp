@@ -9,6 +9,7 @@
 #include "balance/partition_settings.hpp"
 #include "bulkley/config/rule.hpp"
 #include "grid/boundary.hpp"
+#include "grid/rigid_body.hpp"
 #include "kernel/transfer.hpp"
 #include "magnetics/magnetics_settings.hpp"
 #include "material/material.hpp"
@@ -31,11 +32,13 @@ struct Scene {
   bool allow_overlap = false;  ///< bodies may overlap; the first in the file wins
   Faces faces;
   std::vector<Collider> colliders;
+  std::vector<RigidBody> rigid_bodies;
   OutputSettings output;
   CheckpointSettings checkpoint;
   PartitionSettings partition;
   std::vector<std::string> body_places;      ///< "file:line:column" of each body, for messages; may be empty
   std::vector<std::string> collider_places;  ///< of each collider
+  std::vector<std::string> rigid_places;     ///< of each rigid body
   std::string effective_text;                ///< the effective input as TOML; parsing it gives this scene again
   std::vector<std::string> warnings;         ///< about accepted input, each "file:line:column: sentence"
 };
@@ -69,6 +72,10 @@ void check_bodies(const Scene& scene, const BodySurvey& survey = survey_alone())
 /// UsageError with one sentence per fault and line, each with the required thickness. Not collective (the same on every
 /// rank).
 void check_colliders(const Scene& scene);
+
+/// Rigid bodies must have a mass, be thicker than two cells and fit into a period, and reach into no wall, collider, body or material by more
+/// than half a cell. Throws UsageError with one sentence per fault and line. Needs meshes. Not collective (the same on every rank).
+void check_rigid_bodies(const Scene& scene);
 
 /// No magnetic material in a magnet or on a wire at the start; formulas of fields are without divergence and curl in magnetic bodies,
 /// up to a hundredth of |H| over the body's size. Throws UsageError with one sentence per fault and line. Needs the bodies' meshes.

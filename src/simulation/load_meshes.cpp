@@ -67,6 +67,7 @@ void load_meshes(const Comm& comm, Scene& scene, MeshesOf which) {
   };
   if (which == MeshesOf::everything)
     for (Body& body : scene.bodies) body.shape = with_meshes(body.shape, fill);
+  for (RigidBody& body : scene.rigid_bodies) body.shape = with_meshes(body.shape, fill);
   for (Collider& collider : scene.colliders) {
     collider.shape = with_meshes(collider.shape, fill);
     settle_center(collider);

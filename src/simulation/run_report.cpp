@@ -108,8 +108,7 @@ std::vector<std::string> history_columns(const Scene& scene) {
     for (const char* name : {"pressure_iterations", "pressure_iterations_max", "contact_rounds"}) columns.emplace_back(name);
   if (has_implicit_viscosity(scene))
     for (const char* name : {"viscosity_iterations", "viscosity_iterations_max"}) columns.emplace_back(name);
-  if (scene.magnetics)
-    columns.insert(columns.end(), MagneticFigures::columns().begin(), MagneticFigures::columns().end());
+  if (scene.magnetics) columns.insert(columns.end(), MagneticFigures::columns().begin(), MagneticFigures::columns().end());
   const auto add_vector = [&](const std::string& prefix, const char* quantity, const char* unit) {
     for (const char* axis : {"x", "y", "z"}) columns.push_back(fmt::format("{}.{}_{} {}", prefix, quantity, axis, unit));
   };
@@ -118,6 +117,11 @@ std::vector<std::string> history_columns(const Scene& scene) {
     add_vector(column_prefix(collider.name), "torque", "[N m]");
     for (const char* what : {"loss", "work"})
       columns.push_back(fmt::format("{}.contact_{} [J]", column_prefix(collider.name), what));
+  }
+  for (const RigidBody& body : scene.rigid_bodies) {
+    for (const std::string& column : RigidContact::columns()) columns.push_back(column_prefix(body.name) + "." + column);
+    for (const char* what : {"loss", "work"})
+      columns.push_back(fmt::format("{}.contact_{} [J]", column_prefix(body.name), what));
   }
   for (const Front& front : scene.output.fronts) columns.push_back(column_prefix(front.name) + ".reach [m]");
   for (const Gauge& gauge : scene.output.gauges) {
@@ -192,6 +196,11 @@ std::vector<HistoryValue> history_row(const Scene& scene, const SimulationState&
     add(per_second * contact.impulses.angular_impulse(c));
     row.emplace_back(energies.contact_loss[n_faces + c]);
     row.emplace_back(energies.contact_work[n_faces + c]);
+  }
+  for (std::size_t b = 0; b < measured.bodies.size(); ++b) {
+    for (const double value : measured.bodies[b]) row.emplace_back(value);
+    row.emplace_back(energies.contact_loss[n_faces + n_colliders + b]);
+    row.emplace_back(energies.contact_work[n_faces + n_colliders + b]);
   }
   for (const double reach : measured.reaches) row.emplace_back(reach);
   for (std::size_t g = 0; g < n_gauges; ++g) {

@@ -31,10 +31,11 @@ struct HaloTraffic {
 
 /// In addition to Diagnostics.
 struct Measurements {
-  double thickness_decile;          ///< cells; see the function of that name; on the root alone
-  std::vector<double> reaches;      ///< m, of each front
-  std::vector<double> gauge_areas;  ///< m^2, of each gauge
-  std::vector<double> forces;       ///< Solver::force_history
+  double thickness_decile;                  ///< cells; see the function of that name; on the root alone
+  std::vector<double> reaches;              ///< m, of each front
+  std::vector<double> gauge_areas;          ///< m^2, of each gauge
+  std::vector<double> forces;               ///< Solver::force_history
+  std::vector<std::vector<double>> bodies;  ///< RigidContact::history
 };
 
 /// Means over the steps that `totals` counts. Not collective.

@@ -71,6 +71,7 @@ Physics physics_of(const Scene& scene) {
       named.material = without_viscosity(named.material);
     }
   physics.magnets = magnets_of(scene);
+  physics.rigid_bodies = scene.rigid_bodies;
   return physics;
 }
 

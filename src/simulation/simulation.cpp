@@ -63,6 +63,7 @@ RunOutcome run_simulation(const Comm& comm, const Scene& scene, const RunOptions
   check_grid_output(scene);
   check_magnetics(scene);
   check_colliders(scene);
+  check_rigid_bodies(scene);
   check_gauges(scene);
   check_petsc_options(comm, scene);
   prepare_folder(comm, options);

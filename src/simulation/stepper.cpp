@@ -23,6 +23,7 @@ Stepper::Stepper(const Comm& comm, const std::string& scene_text, const std::str
   check_bodies(scene, shared_survey(comm));
   check_magnetics(scene);
   check_colliders(scene);
+  check_rigid_bodies(scene);
   check_gauges(scene);
   check_petsc_options(comm, scene);
   parts_->solver = start_solver(comm, scene);

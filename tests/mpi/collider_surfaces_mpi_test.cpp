@@ -46,7 +46,7 @@ class ColliderFiles : public testing::Test {
 };
 
 TEST_F(ColliderFiles, FixedOnesAreWrittenOnce) {
-  const ColliderSurfaces surfaces(block_and_plate(), window);
+  const ColliderSurfaces surfaces(block_and_plate(), {}, window);
   surfaces.write(comm, folder.path());
   const Hdf5Reader file(folder.file(collider_file));
   EXPECT_EQ(file.text("/colliders", "names"), "block\nplate");
@@ -74,7 +74,7 @@ TEST_F(ColliderFiles, MovingOnesAreMovedInEveryFrame) {
   colliders[1].motion.velocity = Vec3(1.0, 0.0, 0.0);
   colliders[1].motion.angular_velocity = Vec3(0.0, 0.0, 5.0);
   colliders[1].motion.center = Vec3(0.7, 0.55, 0.6);
-  const ColliderSurfaces surfaces(colliders, window);
+  const ColliderSurfaces surfaces(colliders, {}, window);
   surfaces.write(comm, folder.path());
   FrameSeries series(comm, folder.path(), -1);
   write_frames(series, surfaces, {0, 1, 2});
@@ -103,7 +103,7 @@ TEST_F(ColliderFiles, MovingOnesAreMovedInEveryFrame) {
 }
 
 TEST_F(ColliderFiles, SeriesFollowsRestarts) {
-  const ColliderSurfaces surfaces(block_and_plate(), window);
+  const ColliderSurfaces surfaces(block_and_plate(), {}, window);
   surfaces.write(comm, folder.path());
   {
     FrameSeries series(comm, folder.path(), -1);
@@ -115,7 +115,7 @@ TEST_F(ColliderFiles, SeriesFollowsRestarts) {
   // Restarted with other colliders: earlier frames do not fit them.
   std::vector<Collider> others = block_and_plate();
   others[0].name = "brick";
-  ColliderSurfaces(others, window).write(comm, folder.path());
+  ColliderSurfaces(others, {}, window).write(comm, folder.path());
   const FrameSeries changed(comm, folder.path(), 150);
   EXPECT_FALSE(folder.has("colliders.xdmf"));
   EXPECT_TRUE(folder.has("frames.xdmf"));

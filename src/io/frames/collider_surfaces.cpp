@@ -51,28 +51,42 @@ Array vertex_array(const Comm& comm, const std::vector<Vec3>& vertices) {
 
 }  // namespace
 
-ColliderSurfaces::ColliderSurfaces(const std::vector<Collider>& colliders, const Bounds& window) {
+ColliderSurfaces::ColliderSurfaces(const std::vector<Collider>& colliders, const std::vector<RigidBody>& bodies,
+                                   const Bounds& window)
+    : body_poses_(bodies.size()), moves_(!bodies.empty()) {
   for (const Collider& collider : colliders) {
-    const TriangleMesh mesh = surface_of(collider.shape, window);
-    const int first = static_cast<int>(vertices_.size());
-    const auto owner = static_cast<std::int32_t>(names_.size());
-    names_.push_back(collider.name);
+    add(collider.name, collider.shape, window);
     motions_.push_back(collider.motion);
     moves_ = moves_ || collider.motion.moves();
-    first_vertex_.push_back(first);
-    vertices_.insert(vertices_.end(), mesh.vertices.begin(), mesh.vertices.end());
-    for (const Int3& t : mesh.triangles) triangles_.push_back({t[0] + first, t[1] + first, t[2] + first});
-    owner_.insert(owner_.end(), mesh.triangles.size(), owner);
   }
+  for (const RigidBody& body : bodies) add(body.name, body.shape, window);
   first_vertex_.push_back(static_cast<int>(vertices_.size()));
+}
+
+void ColliderSurfaces::add(const std::string& name, const Shape& shape, const Bounds& window) {
+  const TriangleMesh mesh = surface_of(shape, window);
+  const int first = static_cast<int>(vertices_.size());
+  const auto owner = static_cast<std::int32_t>(names_.size());
+  names_.push_back(name);
+  first_vertex_.push_back(first);
+  vertices_.insert(vertices_.end(), mesh.vertices.begin(), mesh.vertices.end());
+  for (const Int3& t : mesh.triangles) triangles_.push_back({t[0] + first, t[1] + first, t[2] + first});
+  owner_.insert(owner_.end(), mesh.triangles.size(), owner);
+}
+
+std::vector<Pose> ColliderSurfaces::poses_at(double time) const {
+  std::vector<Pose> poses;
+  for (const RigidMotion& motion : motions_) poses.push_back(motion.pose(time));
+  poses.insert(poses.end(), body_poses_.begin(), body_poses_.end());
+  return poses;
 }
 
 std::vector<Vec3> ColliderSurfaces::vertices_at(double time) const {
   std::vector<Vec3> moved = vertices_;
-  for (std::size_t c = 0; c < motions_.size(); ++c) {
-    if (!motions_[c].moves()) continue;
-    const Pose pose = motions_[c].pose(time);
-    for (int v = first_vertex_[c]; v < first_vertex_[c + 1]; ++v) moved[v] = pose.to_world(vertices_[v]);
+  const std::vector<Pose> poses = poses_at(time);
+  for (std::size_t c = 0; c < poses.size(); ++c) {
+    if (c < motions_.size() && !motions_[c].moves()) continue;
+    for (int v = first_vertex_[c]; v < first_vertex_[c + 1]; ++v) moved[v] = poses[c].to_world(vertices_[v]);
   }
   return moved;
 }
@@ -100,8 +114,7 @@ void ColliderSurfaces::write(const Comm& comm, const std::string& folder) const 
 void ColliderSurfaces::add_to_frame(const Comm& comm, double time, FileContent& content) const {
   if (triangles_.empty()) return;
   std::vector<double> rotation, translation;
-  for (const RigidMotion& motion : motions_) {
-    const Pose pose = motion.pose(time);
+  for (const Pose& pose : poses_at(time)) {
     for (int row = 0; row < 3; ++row) {
       for (int column = 0; column < 3; ++column) rotation.push_back(pose.rotation(row, column));
       translation.push_back(pose.translation[row]);

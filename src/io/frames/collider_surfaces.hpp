@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "grid/boundary.hpp"
+#include "grid/rigid_body.hpp"
 #include "io/arrays/array_file.hpp"
 
 namespace bulkley {
@@ -23,10 +23,14 @@ class ColliderSurfaces {
  public:
   ColliderSurfaces() = default;
   /// `window`: where planes and the like are drawn (surface_of). Not collective.
-  ColliderSurfaces(const std::vector<Collider>& colliders, const Bounds& window);
+  /// Rigid bodies follow the colliders.
+  ColliderSurfaces(const std::vector<Collider>& colliders, const std::vector<RigidBody>& bodies, const Bounds& window);
 
   bool empty() const { return names_.empty(); }
   bool moves() const { return moves_; }
+
+  /// Where the rigid bodies are in the frames to come. Precondition: one for each. Not collective.
+  void set_body_poses(std::vector<Pose> poses) { body_poses_ = std::move(poses); }
 
   /// Writes colliders.h5 to `folder`; removes an earlier one where there are no colliders. Throws RunError. Collective.
   void write(const Comm& comm, const std::string& folder) const;
@@ -34,10 +38,13 @@ class ColliderSurfaces {
   void add_to_frame(const Comm& comm, double time, FileContent& content) const;
 
  private:
+  void add(const std::string& name, const Shape& shape, const Bounds& window);
+  std::vector<Pose> poses_at(double time) const;
   std::vector<Vec3> vertices_at(double time) const;
 
   std::vector<std::string> names_;
-  std::vector<RigidMotion> motions_;
+  std::vector<RigidMotion> motions_;  ///< of the colliders
+  std::vector<Pose> body_poses_;
   std::vector<Vec3> vertices_;       ///< m, where the scene file puts them
   std::vector<int> first_vertex_;    ///< of each collider, and one past the last
   std::vector<Int3> triangles_;      ///< indices of vertices

@@ -6,7 +6,8 @@ namespace bulkley {
 
 FrameOutput::FrameOutput(Run& run, GlobalIndex restart_step) {
   const Bounds domain{run.scene.grid.lower, run.scene.grid.upper()};
-  if (run.scene.output.frame_interval > 0.0) colliders_ = ColliderSurfaces(run.scene.colliders, domain);
+  if (run.scene.output.frame_interval > 0.0)
+    colliders_ = ColliderSurfaces(run.scene.colliders, run.scene.rigid_bodies, domain);
   colliders_.write(run.comm, run.options.folder);
   series_.emplace(run.comm, run.options.folder, restart_step);  // lists the colliders if their file is there
   for (const std::string& warning : series_->warnings()) run.warn(warning);
@@ -45,6 +46,7 @@ void FrameOutput::write_with_grid(Run& run, const TileValues* tiles) {
 }
 
 void FrameOutput::write_frame_of(Run& run, const GridNodes* nodes, const TileValues* tiles) {
+  if (const RigidContact* const bodies = run.solver->rigid_bodies()) colliders_.set_body_poses(bodies->poses());
   const FrameInfo info{run.state.next_frame, run.state.step, run.state.time, 0};
   std::optional<BoxFields> box;
   if (run.scene.output.magnetic_field) box = run.solver->force_fields(run.state.time);

@@ -28,13 +28,15 @@ void HistoryOutput::write(Run& run) {
   const double seconds_per_step = (run.clock.stepping - row_stepping_) / steps;
   const ContactForces contact{run.solver->contact_impulses(), state.time - state.history_time};
   const StepReport* step = state.step > run.clock.first_step ? &run.last_step : nullptr;
+  RigidContact* const bodies = run.solver->rigid_bodies();
   const Measurements measured{thickness_decile(run.comm, run.scene.grid, run.scene.gravity, run.solver->particles(),
                                                diagnostics.lower, diagnostics.upper),
                               reaches(run.comm, run.scene.output.fronts, run.solver->particles()), gauge_areas_,
-                              run.solver->force_history()};
+                              run.solver->force_history(), bodies ? bodies->history() : std::vector<std::vector<double>>{}};
   history_.write(run.comm, history_row(run.scene, state, step, diagnostics, energies, contact, measured, run.halo_traffic(),
                                        run.comm.size(), seconds_per_step));
   run.solver->set_contact_impulses(no_contact_impulses(run.solver->physics()));
+  if (bodies) bodies->begin_history();
   run.progress.pressure = pressure_figures(state.pressure);
   run.progress.viscosity = viscosity_figures(state.viscosity);
   run.progress.volume_error = diagnostics.volume_error;

@@ -1,0 +1,98 @@
+#include "grid/rigid_body.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "geometry/mass_properties.hpp"
+#include "geometry/mesh_shape.hpp"
+#include "geometry/surface.hpp"
+
+namespace bulkley {
+
+namespace {
+constexpr std::size_t most_points = 4096;
+}
+
+std::optional<std::string> mass_fault(const RigidBody& body) {
+  bool closed = true;
+  visit_meshes(body.shape, [&](const Mesh& mesh) { closed = closed && mesh.solid && mesh.solid->facts().closed(); });
+  if (!closed) return "has a mesh with holes, which has no volume; close it";
+  const std::optional<MassProperties> properties = mass_properties(body.shape);
+  if (!properties)
+    return "has a shape whose mass is not known: use a box, sphere, cylinder, capsule, ellipsoid or closed mesh, placed or "
+           "not";
+  if (!(properties->volume > 0.0)) return "encloses no volume";
+  const Vec3 moments = principal_frame(properties->inertia).moments;
+  if (!are_moments(moments))
+    return fmt::format("has moments of inertia {:.3g} : {:.3g} : {:.3g}, which no solid has; its mesh intersects itself",
+                       moments[0], moments[1], moments[2]);
+  return std::nullopt;
+}
+
+RigidStart start_of(const RigidBody& body) {
+  const MassProperties properties = *mass_properties(body.shape);
+  const double density = body.density ? *body.density : *body.mass / properties.volume;
+  const PrincipalFrame frame = principal_frame(properties.inertia);
+  RigidStart start;
+  start.mass = {density * properties.volume, density * frame.moments};
+  start.rest.center = properties.center;
+  start.rest.rotation = Eigen::Quaterniond(frame.axes).normalized();
+  start.state = start.rest;
+  start.state.momentum = start.mass.mass * body.velocity;
+  start.state.angular_momentum = world_inertia(start.mass, start.rest) * body.angular_velocity;
+  const TriangleMesh surface = surface_of(body.shape, bounds(body.shape));
+  for (const Vec3& x : surface.vertices) start.reach = std::max(start.reach, (x - properties.center).norm());
+  const std::size_t stride = surface.vertices.size() / most_points + 1;
+  for (std::size_t v = 0; v < surface.vertices.size(); v += stride) start.surface.push_back(surface.vertices[v]);
+  return start;
+}
+
+Pose pose_of(const RigidStart& start, const RigidState& state) {
+  const Mat3 rotation = (state.rotation * start.rest.rotation.conjugate()).toRotationMatrix();
+  return {rotation, state.center - rotation * start.rest.center};
+}
+
+Vec3 nearest_arm(const GridGeometry& grid, const Vec3& center, const Vec3& point) {
+  Vec3 arm = point - center;
+  for (int a = 0; a < 3; ++a) {
+    if (!grid.periodic[static_cast<std::size_t>(a)]) continue;
+    const double period = grid.cell_size * grid.n_cells[static_cast<std::size_t>(a)];
+    arm[a] -= period * std::nearbyint(arm[a] / period);
+  }
+  return arm;
+}
+
+std::optional<std::string> obstacle_of(const GridGeometry& grid, const std::vector<Collider>& colliders,
+                                       const std::vector<RigidBody>& bodies, const std::vector<RigidStart>& starts,
+                                       const std::vector<RigidState>& states, std::size_t number, double time) {
+  const double allowed = 0.5 * grid.cell_size;
+  const Pose pose = pose_of(starts[number], states[number]);
+  const Vec3 upper = grid.upper();
+  std::vector<Pose> collider_poses, body_poses;
+  for (const Collider& collider : colliders) collider_poses.push_back(collider.motion.pose(time));
+  for (std::size_t b = 0; b < bodies.size(); ++b) body_poses.push_back(pose_of(starts[b], states[b]));
+  for (const Vec3& rest : starts[number].surface) {
+    const Vec3 x = pose.to_world(rest);
+    for (int a = 0; a < 3; ++a) {
+      if (grid.periodic[static_cast<std::size_t>(a)]) continue;
+      const auto face = 2 * static_cast<std::size_t>(a);
+      if (!(x[a] >= grid.lower[a] - allowed)) return fmt::format("face {}", face_names[face]);
+      if (!(x[a] <= upper[a] + allowed)) return fmt::format("face {}", face_names[face + 1]);
+    }
+    for (std::size_t c = 0; c < colliders.size(); ++c)
+      if (signed_distance(colliders[c].shape, collider_poses[c], x) < -allowed)
+        return fmt::format("collider '{}'", colliders[c].name);
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+      if (b == number) continue;
+      const Vec3 arm = nearest_arm(grid, states[b].center, x);
+      if (arm.norm() <= starts[b].reach &&
+          signed_distance(bodies[b].shape, body_poses[b], states[b].center + arm) < -allowed)
+        return fmt::format("rigid body '{}'", bodies[b].name);
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace bulkley

@@ -1,0 +1,50 @@
+#pragma once
+// Free rigid bodies: what a scene says of them, their mass, and where they are among obstacles.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "geometry/free_motion.hpp"
+#include "grid/boundary.hpp"
+
+namespace bulkley {
+
+/// An entry of [[rigid_bodies]].
+struct RigidBody {
+  std::string name;
+  Shape shape;
+  Contact contact = Contact::sticky;     ///< sticky or slip
+  std::optional<double> density{};       ///< kg/m^3; this or the mass
+  std::optional<double> mass{};          ///< kg
+  Vec3 velocity = Vec3::Zero();          ///< m/s, at the start
+  Vec3 angular_velocity = Vec3::Zero();  ///< rad/s, at the start, about the centre of mass
+};
+
+/// A body as it begins, and its place in its own frame.
+struct RigidStart {
+  RigidMass mass;
+  RigidState state;
+  RigidState rest;            ///< where the scene puts it, without motion
+  std::vector<Vec3> surface;  ///< m, points of its surface where the scene puts it; at most 4096
+  double reach = 0.0;         ///< m, no point is farther from the centre of mass
+};
+
+/// Why a body of this shape cannot move freely, as the end of a sentence that begins with its name; none if it can. Needs meshes. Not
+/// collective.
+std::optional<std::string> mass_fault(const RigidBody& body);
+/// Precondition: no fault. Not collective.
+RigidStart start_of(const RigidBody& body);
+/// From where the scene puts it to where it is. Not collective.
+Pose pose_of(const RigidStart& start, const RigidState& state);
+
+/// From a body's centre to a point of the domain: to the nearest of its images along periodic axes, m. Not collective.
+Vec3 nearest_arm(const GridGeometry& grid, const Vec3& center, const Vec3& point);
+
+/// What body `number` has run into by more than half a cell at `time`: "face z_lower", "collider 'cup'", "rigid body 'ball'"; none if
+/// nothing. Not collective.
+std::optional<std::string> obstacle_of(const GridGeometry& grid, const std::vector<Collider>& colliders,
+                                       const std::vector<RigidBody>& bodies, const std::vector<RigidStart>& starts,
+                                       const std::vector<RigidState>& states, std::size_t number, double time);
+
+}  // namespace bulkley

@@ -1,0 +1,278 @@
+#include "integrator/rigid_contact.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "geometry/mesh_shape.hpp"
+#include "parallel/reproducible_sum.hpp"
+#include "stepping/failure.hpp"
+
+namespace bulkley {
+
+namespace {
+
+using Vec6 = Eigen::Matrix<double, 6, 1>;
+using Mat6 = Eigen::Matrix<double, 6, 6>;
+
+/// The solution of a symmetric positive definite system, of which the lower triangle is read: L D L^T without pivots, the same
+/// operations on every rank.
+Vec6 solved(Mat6 a, Vec6 b) {
+  for (int j = 0; j < 6; ++j)
+    for (int i = j + 1; i < 6; ++i) {
+      const double factor = a(i, j) / a(j, j);
+      for (int k = j + 1; k <= i; ++k) a(i, k) -= factor * a(k, j);
+    }
+  for (int j = 0; j < 6; ++j)
+    for (int i = j + 1; i < 6; ++i) b[i] -= a(i, j) / a(j, j) * b[j];
+  for (int j = 5; j >= 0; --j) {
+    for (int i = j + 1; i < 6; ++i) b[j] -= a(i, j) * b[i];
+    b[j] /= a(j, j);
+  }
+  return b;
+}
+
+/// About the mass of a full cell, kg: the unit of sums.
+double mass_of_a_cell(const Physics& physics) {
+  double density = 1e-300;
+  for (const NamedMaterial& named : physics.materials)
+    density = std::max(density, std::visit([](const auto& law) { return law.density(); }, named.material));
+  return density * std::pow(physics.grid.cell_size, 3);
+}
+
+}  // namespace
+
+RigidContact::RigidContact(const Physics& physics, const Comm& comm)
+    : physics_(physics),
+      comm_(comm),
+      bodies_(physics.rigid_bodies),
+      accounts_(bodies_.size()),
+      trials_(bodies_.size()),
+      sums_(n_sums * bodies_.size(), mass_of_a_cell(physics)) {
+  for (RigidBody& body : bodies_) {
+    starts_.push_back(start_of(body));
+    states_.push_back(starts_.back().state);
+    body.shape = sampled_for_contact(body.shape, physics.grid.cell_size);
+  }
+}
+
+void RigidContact::fit(std::vector<Int3> nodes, std::vector<LocalIndex> places, std::span<const NodeConstraint> walls) {
+  nodes_ = std::move(nodes);
+  places_ = std::move(places);
+  walls_.assign(walls.begin(), walls.end());
+  const LocalIndex last = places_.empty() ? 0 : *std::max_element(places_.begin(), places_.end());
+  stuck_.assign(static_cast<std::size_t>(last) + 1, 0);
+  for (const NodeConstraint& wall : walls_)
+    if (wall.contact == Contact::sticky) stuck_[static_cast<std::size_t>(wall.node)] = 1;
+}
+
+// A node within the reach of several bodies is of the one in which it is deepest. What a sticky wall holds is the wall's.
+void RigidContact::find_held(std::span<const NodeConstraint> moving, double smallest_mass, const Node* nodes) {
+  held_.clear();
+  again_.clear();
+  std::vector<std::uint8_t> stuck = stuck_;
+  for (const NodeConstraint& wall : moving)
+    if (wall.contact == Contact::sticky) stuck[static_cast<std::size_t>(wall.node)] = 1;
+  const double hold = hold_distance(physics_.grid, Contact::sticky);
+  const std::vector<Pose> poses = this->poses();
+  std::vector<std::uint8_t> is_held(stuck.size(), 0);
+  for (std::size_t n = 0; n < nodes_.size(); ++n) {
+    const auto place = static_cast<std::size_t>(places_[n]);
+    if (stuck[place] || !(nodes[place].c[3] > smallest_mass)) continue;
+    const Vec3 x = physics_.grid.node_position(nodes_[n]);
+    double deepest = hold;
+    std::optional<std::size_t> owner;
+    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+      const Vec3 arm = nearest_arm(physics_.grid, states_[b].center, x);
+      if (!(arm.norm() <= starts_[b].reach + hold)) continue;
+      const double distance = signed_distance(bodies_[b].shape, poses[b], states_[b].center + arm);
+      if (owner ? distance < deepest : distance <= deepest) {
+        deepest = distance;
+        owner = b;
+      }
+    }
+    if (!owner) continue;
+    const RigidBody& body = bodies_[*owner];
+    const Vec3 arm = nearest_arm(physics_.grid, states_[*owner].center, x);
+    held_.push_back({places_[n], body.contact, 0.0, outward_normal(body.shape, poses[*owner], states_[*owner].center + arm),
+                     Vec3::Zero(), static_cast<std::int32_t>(physics_.colliders.size() + *owner), arm});
+    is_held[place] = 1;
+  }
+  for (const std::span<const NodeConstraint> walls : {std::span<const NodeConstraint>(walls_), moving})
+    for (const NodeConstraint& wall : walls)
+      if (is_held[static_cast<std::size_t>(wall.node)]) again_.push_back(wall);
+}
+
+// m J^T N J and m J^T N v of a node, N = 1 or n n^T, lengths in units of the body's reach.
+void RigidContact::add_node(const NodeConstraint& constraint, const Node& node) {
+  const auto body = static_cast<std::size_t>(constraint.collider) - physics_.colliders.size();
+  const Vec3 arm = constraint.arm / scale(body), velocity = vector_of(node);
+  const auto add_direction = [&](const Vec3& direction) {
+    Vec6 row;
+    row << direction, arm.cross(direction);
+    const double along = direction.dot(velocity);
+    std::size_t sum = n_sums * body;
+    for (int i = 0; i < 6; ++i)
+      for (int j = 0; j <= i; ++j) sums_.add(sum++, node.c[3] * row[i] * row[j]);
+    for (int i = 0; i < 6; ++i) sums_.add(sum++, node.c[3] * row[i] * along);
+  };
+  if (constraint.contact == Contact::slip) {
+    add_direction(constraint.normal);
+  } else {
+    for (int a = 0; a < 3; ++a) add_direction(Vec3::Unit(a));
+  }
+}
+
+// (M + sum m J^T N J) U = M U* + sum m J^T N v*. The body gets what the nodes lose.
+RigidVelocity RigidContact::solve(std::size_t b, const GridUpdate& update, const ExactSums& sums) {
+  const RigidMass& mass = starts_[b].mass;
+  const double length = scale(b);
+  RigidState pushed = states_[b];
+  pushed.momentum += update.dt * mass.mass * update.gravity;
+  const Mat3 inertia = world_inertia(mass, pushed);
+  Mat6 shared = Mat6::Zero();
+  Vec6 given;
+  std::size_t sum = n_sums * b;
+  for (int i = 0; i < 6; ++i)
+    for (int j = 0; j <= i; ++j) shared(i, j) = shared(j, i) = sums.value(sum++);
+  for (int i = 0; i < 6; ++i) given[i] = sums.value(sum++);
+  Mat6 all = shared;
+  all.topLeftCorner<3, 3>() += mass.mass * Mat3::Identity();
+  all.bottomRightCorner<3, 3>() += inertia / (length * length);
+  Vec6 own;
+  own << pushed.momentum, pushed.angular_momentum / length;
+  const Vec6 u = solved(all, own + given), impulse = given - shared * u;
+  RigidState after = pushed;
+  after.momentum += impulse.head<3>();
+  after.angular_momentum += length * impulse.tail<3>();
+  const double before = kinetic_energy(mass, pushed);
+  trials_[b] = {after.momentum,
+                after.angular_momentum,
+                impulse.head<3>(),
+                length * impulse.tail<3>(),
+                before - kinetic_energy(mass, states_[b]),
+                before + impulse.dot(u) - kinetic_energy(mass, after)};
+  return {u.head<3>(), u.tail<3>() / length, Vec3::Zero()};
+}
+
+void RigidContact::merge(const GridUpdate& update, std::span<const NodeConstraint> moving, const Node* nodes) {
+  find_held(moving, update.smallest_mass, nodes);
+  sums_.clear();
+  for (const NodeConstraint& constraint : held_) add_node(constraint, nodes[constraint.node]);
+  const ExactSums all = sum_global(comm_, sums_);
+  std::vector<RigidVelocity> velocities;
+  for (std::size_t b = 0; b < bodies_.size(); ++b) velocities.push_back(solve(b, update, all));
+  for (NodeConstraint& constraint : held_)
+    constraint.velocity =
+        velocities[static_cast<std::size_t>(constraint.collider) - physics_.colliders.size()].at(constraint.arm);
+}
+
+void RigidContact::accept(double time, double dt) {
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    const Trial& trial = trials_[b];
+    Account& account = accounts_[b];
+    states_[b].momentum = trial.momentum;
+    states_[b].angular_momentum = trial.angular_momentum;
+    account.impulse += trial.impulse;
+    account.angular_impulse += trial.angular_impulse;
+    account.duration += dt;
+    account.gravity_work += trial.gravity_work;
+    account.merging_loss += trial.merging_loss;
+    advance(starts_[b].mass, dt, states_[b]);
+  }
+  for (std::size_t b = 0; b < bodies_.size(); ++b)
+    if (const auto obstacle = obstacle_of(physics_.grid, physics_.colliders, bodies_, starts_, states_, b, time))
+      throw StepFailure(
+          fmt::format(
+              "rigid body '{}' has run into {} by more than half a cell; contacts of rigid bodies with walls and with "
+              "each other are not computed: end the run before, or give it more room",
+              bodies_[b].name, *obstacle),
+          states_[b].center);
+}
+
+double RigidContact::speed_bound(double duration) const {
+  double fastest = 0.0;
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    const RigidVelocity now = velocity(starts_[b].mass, states_[b]);
+    fastest = std::max(
+        fastest, now.velocity.norm() + now.angular_velocity.norm() * starts_[b].reach + duration * physics_.gravity.norm());
+  }
+  return fastest;
+}
+
+std::vector<Pose> RigidContact::poses() const {
+  std::vector<Pose> poses;
+  for (std::size_t b = 0; b < bodies_.size(); ++b) poses.push_back(pose_of(starts_[b], states_[b]));
+  return poses;
+}
+
+std::vector<std::string> RigidContact::columns() {
+  std::vector<std::string> columns;
+  for (const auto& [quantity, unit] :
+       {std::pair{"position", "m"}, {"velocity", "m/s"}, {"spin", "rad/s"}, {"force", "N"}, {"torque", "N m"}})
+    for (const char* axis : {"x", "y", "z"}) columns.push_back(fmt::format("{}_{} [{}]", quantity, axis, unit));
+  for (const char* energy : {"kinetic_energy", "gravity_work", "merging_loss"})
+    columns.push_back(fmt::format("{} [J]", energy));
+  return columns;
+}
+
+std::vector<std::vector<double>> RigidContact::history() const {
+  std::vector<std::vector<double>> rows;
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    const Account& account = accounts_[b];
+    const RigidVelocity now = velocity(starts_[b].mass, states_[b]);
+    const double per_second = account.duration > 0.0 ? 1.0 / account.duration : 0.0;
+    std::vector<double>& row = rows.emplace_back();
+    for (const Vec3& v : {states_[b].center, now.velocity, now.angular_velocity, Vec3(per_second * account.impulse),
+                          Vec3(per_second * account.angular_impulse)})
+      for (int a = 0; a < 3; ++a) row.push_back(v[a]);
+    row.push_back(kinetic_energy(starts_[b].mass, states_[b]));
+    row.push_back(account.gravity_work);
+    row.push_back(account.merging_loss);
+  }
+  return rows;
+}
+
+void RigidContact::begin_history() {
+  for (Account& account : accounts_) {
+    account.impulse = account.angular_impulse = Vec3::Zero();
+    account.duration = 0.0;
+  }
+}
+
+// One list of numbers serves both directions.
+void RigidContact::for_each_number(auto& state, auto& account, const auto& visit) {
+  const auto visit_vector = [&](const std::string& name, auto& vector) {
+    for (int a = 0; a < 3; ++a) visit(fmt::format("{}.{}", name, a), vector[a]);
+  };
+  visit_vector("center", state.center);
+  for (int c = 0; c < 4; ++c) visit(fmt::format("rotation.{}", c), state.rotation.coeffs()[c]);
+  visit_vector("momentum", state.momentum);
+  visit_vector("angular_momentum", state.angular_momentum);
+  visit_vector("impulse", account.impulse);
+  visit_vector("angular_impulse", account.angular_impulse);
+  visit("duration", account.duration);
+  visit("gravity_work", account.gravity_work);
+  visit("merging_loss", account.merging_loss);
+}
+
+void RigidContact::save(Reals& reals) const {
+  for (std::size_t b = 0; b < bodies_.size(); ++b)
+    for_each_number(states_[b], accounts_[b],
+                    [&](const std::string& name, double number) { reals[fmt::format("{}.{}", b, name)] = number; });
+}
+
+void RigidContact::load(const Reals& reals) {
+  for (std::size_t b = 0; b < bodies_.size(); ++b)
+    for_each_number(states_[b], accounts_[b], [&](const std::string& name, double& number) {
+      if (const auto found = reals.find(fmt::format("{}.{}", b, name)); found != reals.end()) number = found->second;
+    });
+}
+
+std::size_t RigidContact::memory() const {
+  return nodes_.capacity() * sizeof(Int3) + places_.capacity() * sizeof(LocalIndex) + stuck_.capacity() +
+         (walls_.capacity() + held_.capacity() + again_.capacity()) * sizeof(NodeConstraint);
+}
+
+}  // namespace bulkley

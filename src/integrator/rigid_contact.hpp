@@ -1,0 +1,88 @@
+#pragma once
+// Free rigid bodies among the material: in each step a body and the nodes that it holds are merged, one system of six equations a
+// body from exact sums (docs/theory.md, "Rigid bodies"). Every rank has all bodies.
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "base/named_numbers.hpp"
+#include "distribution/particle_grid.hpp"
+#include "grid/exact_sums.hpp"
+#include "integrator/physics.hpp"
+#include "kernel/grid_update.hpp"
+
+namespace bulkley {
+
+class RigidContact {
+ public:
+  /// Both must outlive this.
+  RigidContact(const Physics& physics, const Comm& comm);
+
+  /// Of new pools: grid indices of the active nodes, their places in the nodal arrays, and the constraints by what does not move, in
+  /// those places. Not collective.
+  void fit(std::vector<Int3> nodes, std::vector<LocalIndex> places, std::span<const NodeConstraint> walls);
+
+  /// Finds the bodies' velocities after a step of update.dt from now, with nodes as walls have left them, {v, m}; `moving`: constraints
+  /// of moving colliders. Changes no body and no node. Collective.
+  void merge(const GridUpdate& update, std::span<const NodeConstraint> moving, const Node* nodes);
+  /// After `merge`: what gives the held nodes their velocities; bodies are numbered after the colliders. Then the walls' share of those
+  /// nodes again, for a body must not push material through a wall. Not collective.
+  std::span<const NodeConstraint> held() const { return held_; }
+  std::span<const NodeConstraint> walls_again() const { return again_; }
+
+  /// The step of the last `merge` was taken and ends at `time`, s: the bodies move. Throws StepFailure, the same on every rank, if one has
+  /// run into something. Not collective (the same on every rank).
+  void accept(double time, double dt);
+
+  /// Speed that no point of a body exceeds within `duration`, s, but for contact, m/s. Not collective.
+  double speed_bound(double duration) const;
+
+  /// From where the scene puts each body to where it is. Not collective.
+  std::vector<Pose> poses() const;
+  /// Names and values of the columns of each body in history.csv. Forces are averaged over the time since `begin_history`.
+  static std::vector<std::string> columns();
+  std::vector<std::vector<double>> history() const;
+  void begin_history();
+
+  void save(Reals& reals) const;
+  void load(const Reals& reals);
+  std::size_t memory() const;
+
+ private:
+  /// What a body has gone through since the start, or since the row before.
+  struct Account {
+    Vec3 impulse = Vec3::Zero(), angular_impulse = Vec3::Zero();  ///< by the material, since the row before
+    double duration = 0.0;                                        ///< s, since the row before
+    double gravity_work = 0.0, merging_loss = 0.0;                ///< J, since the start
+  };
+  /// The end of the step that is tried.
+  struct Trial {
+    Vec3 momentum, angular_momentum, impulse, angular_impulse;
+    double gravity_work, merging_loss;
+  };
+  using Vec6 = Eigen::Matrix<double, 6, 1>;
+  static constexpr std::size_t n_sums = 27;  ///< lower triangle of a 6 x 6 matrix, row after row, then the right side
+
+  void find_held(std::span<const NodeConstraint> moving, double smallest_mass, const Node* nodes);
+  void add_node(const NodeConstraint& constraint, const Node& node);
+  RigidVelocity solve(std::size_t body, const GridUpdate& update, const ExactSums& sums);
+  double scale(std::size_t body) const { return starts_[body].reach; }
+  static void for_each_number(auto& state, auto& account, const auto& visit);
+
+  const Physics& physics_;
+  const Comm& comm_;
+  std::vector<RigidBody> bodies_;  ///< with sampled shapes
+  std::vector<RigidStart> starts_;
+  std::vector<RigidState> states_;
+  std::vector<Account> accounts_;
+  std::vector<Trial> trials_;
+  ExactSums sums_;
+  std::vector<Int3> nodes_;
+  std::vector<LocalIndex> places_;
+  std::vector<NodeConstraint> walls_;  ///< that do not move
+  std::vector<std::uint8_t> stuck_;    ///< by place: held by a sticky wall at rest
+  std::vector<NodeConstraint> held_, again_;
+};
+
+}  // namespace bulkley
