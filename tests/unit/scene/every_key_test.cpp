@@ -274,6 +274,7 @@ Outcome outcome_of(const std::string& text) {
     if (text.find("mesh") == std::string::npos) {
       check_bodies(scene);
       check_colliders(scene);
+      check_rigid_bodies(scene);
       check_gauges(scene);
     }
   } catch (const UsageError& error) {

@@ -1,0 +1,114 @@
+#!/usr/bin/env python3
+"""Free rigid bodies: the same bits on any number of ranks and through a restart between two rows of history.csv; momentum and
+angular momentum of bodies and material conserved, at a body heavier and one far lighter than the material that it holds; both
+energy accounts closed."""
+
+import csv
+import math
+import pathlib
+import re
+import sys
+
+import numpy
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+from bulkley_program import fail, parse_arguments, start  # noqa: E402
+from identity import expect_closed_account, expect_identical  # noqa: E402
+
+SCENE = pathlib.Path(__file__).resolve().with_name("rigid_bodies.toml")
+ROUNDING = 1e-12
+BALL = 7800.0 * 4.0 / 3.0 * math.pi * 0.13**3
+MASSES = {"ball": BALL, "brick": 0.1}
+OF_RANKS = {"imbalance", "repartitions", "moved_particles", "migrated_particles", "halo_bytes_largest [B]",
+            "halo_bytes_mean [B]", "wall_time_per_step [s]"}
+
+
+def rows(folder):
+    with open(folder / "history.csv", newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+def vectors(table, name, unit):
+    return numpy.array([[float(row[f"{name}_{axis} [{unit}]"]) for axis in "xyz"] for row in table])
+
+
+def column(table, name):
+    return numpy.array([float(row[name]) for row in table])
+
+
+def expect_small(error, scale, what):
+    worst = numpy.abs(error).max() / scale
+    if not worst <= ROUNDING:
+        fail(f"{what}: off by {worst:.3g}")
+    print(f"{what}: to {worst:.2g}")
+
+
+def momentum(table):
+    return vectors(table, "momentum", "kg m/s") + sum(
+        mass * vectors(table, f"{name}.velocity", "m/s") for name, mass in MASSES.items())
+
+
+def check_momentum(table):
+    """Of all together: that of the weight."""
+    total = momentum(table)
+    mass = column(table, "mass [kg]")[0] + sum(MASSES.values())
+    fall = numpy.outer(column(table, "time [s]"), [0.0, 0.0, -10.0]) * mass
+    expect_small(total - fall - total[0], numpy.abs(total).max(), "momentum")
+
+
+def check_turn(table):
+    """Without weight, and with the ball alone: its inertia is the same about any axis."""
+    center, velocity = vectors(table, "ball.position", "m"), vectors(table, "ball.velocity", "m/s")
+    own = 0.4 * BALL * 0.13**2 * vectors(table, "ball.spin", "rad/s") + BALL * numpy.cross(center, velocity)
+    total = vectors(table, "angular_momentum", "kg m^2/s") + own
+    expect_small(total - total[0], numpy.abs(own).max(), "angular momentum")
+
+
+def check_energy(table):
+    """What a body gains is gravity's work, less its work on the material and what merging takes."""
+    for name in MASSES:
+        kinetic = column(table, f"{name}.kinetic_energy [J]")
+        error = kinetic - kinetic[0] - column(table, f"{name}.gravity_work [J]") + column(
+            table, f"{name}.contact_work [J]") + column(table, f"{name}.merging_loss [J]")
+        expect_small(error, kinetic.max(), f"energy of the {name}")
+        if not column(table, f"{name}.merging_loss [J]")[-1] > 0.0:
+            fail(f"the {name} never met the material")
+
+
+def main():
+    program, work = start(parse_arguments(__doc__))
+
+    def run(out, ranks, *more):
+        outcome = program.run(["run", str(SCENE), "--out", out, *more], ranks, work, 120)
+        if outcome.code != 0:
+            fail(f"the run in {out} on {ranks} ranks ended with {outcome.code}", outcome)
+
+    run("one", 1)
+    table = rows(work / "one")
+    check_momentum(table)
+    check_energy(table)
+    expect_closed_account(work / "one", "one")
+    steps = sorted(int(re.findall(r"\d+", path.name)[0]) for path in (work / "one").glob("checkpoint_*.h5"))
+    last, middle = steps[-1], steps[len(steps) // 2]
+    for ranks in (2, 3, 7):
+        run(f"ranks_{ranks}", ranks)
+        expect_identical(program, work, work / "one", work / f"ranks_{ranks}", last, f"on {ranks} ranks")
+        for one, other in zip(table, rows(work / f"ranks_{ranks}"), strict=True):
+            for name in one:
+                if name not in OF_RANKS and one[name] != other[name]:
+                    fail(f"history on {ranks} ranks: {name} is {other[name]}, {one[name]} on one")
+    run("again", 3, "--restart", str(work / "one" / f"checkpoint_{middle:09d}.h5"))
+    expect_identical(program, work, work / "one", work / "again", last, "restarted on 3 ranks")
+    if rows(work / "again")[-1]["ball.force_x [N]"] != table[-1]["ball.force_x [N]"]:
+        fail("the restarted run gives another force")
+    text = SCENE.read_text(encoding="utf-8")
+    first, _, rest = text.partition('[[rigid_bodies]]\nname = "brick"')
+    (work / "alone.toml").write_text(first + rest[rest.index("[output]"):], encoding="utf-8")
+    outcome = program.run(["run", "alone.toml", "--out", "alone", "--set", "gravity=[0,0,0]"], 2, work, 120)
+    if outcome.code != 0:
+        fail("the run with the ball alone failed", outcome)
+    check_turn(rows(work / "alone"))
+
+
+if __name__ == "__main__":
+    main()
