@@ -55,6 +55,11 @@ def file_case(name, make, sentence, code=USAGE, **more):
     return Case("file_" + name, code, sentence, prepare=content(make), arguments=CHECK, ranks=(1,), **more)
 
 
+def rigid_body(radius, center, more="density = 7800"):
+    return (f'at_end = true\n[[rigid_bodies]]\nname = "weight"\nshape = {{ type = "sphere", center = {center}, '
+            f"radius = {radius} }}\n{more}")
+
+
 CELL = "cell_size = 0.01"
 BALL = "{ type = \"sphere\", center = [0.08, 0.08, 0.05], radius = 0.03 }"
 FIELD = "particles_per_cell = 8"
@@ -133,6 +138,17 @@ INPUT_CASES = [
           "lower = [0, 0, 0], upper = [0.1, 0.1, 1e-30] }", r"collider 'sheet' is .* thick"),
     value("needle_collider", "at_end = true", 'at_end = true\n[[colliders]]\nname = "needle"\nshape = { type = "box", '
           "lower = [0, 0, 0], upper = [1e50, 1e-30, 1e-30] }", r"collider 'needle' is .* thick"),
+
+    value("rigid_body_thin", "at_end = true", rigid_body(0.008, [0.03, 0.03, 0.03]),
+          r"rigid body 'weight' is 0.016 m thick, 1.6 cells; it must be at least 2 cells thick"),
+    value("rigid_body_in_material", "at_end = true", rigid_body(0.02, [0.08, 0.08, 0.08]),
+          r"rigid body 'weight' holds material of body 'ball' deeper than half a cell"),
+    value("rigid_body_outside", "at_end = true", rigid_body(0.02, [0.01, 0.03, 0.03]),
+          r"rigid body 'weight' reaches into face x_lower by more than half a cell"),
+    value("rigid_body_without_mass", "at_end = true", rigid_body(0.02, [0.03, 0.03, 0.03], ""),
+          PLACE + "rigid body 'weight' needs a 'density' or a 'mass', one of the two"),
+    value("rigid_body_separating", "at_end = true", rigid_body(0.02, [0.03, 0.03, 0.03], 'mass = 1\ncontact = "separating"'),
+          PLACE + r"'rigid_bodies\.0\.contact' is \"separating\", which rigid bodies do not have"),
 
     value("gauge_on_nothing", "at_end = true", 'at_end = true\n[[output.gauge]]\nname = "p"\nface = "x_upper"\n'
           "center = [0, 0.08, 0.08]\nradius = 0.02", PLACE + "gauge 'p' covers nothing of face 'x_upper': the ball"),
