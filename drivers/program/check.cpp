@@ -148,6 +148,7 @@ Command add_check(CLI::App& app) {
     check_bodies(scene, shared_survey(comm));
     check_magnetics(scene);
     check_colliders(scene);
+    check_rigid_bodies(scene);
     check_gauges(scene);
     check_petsc_options(comm, scene);
     const Forecast f = forecast(comm, scene, a->n_ranks > 0 ? a->n_ranks : comm.size());
