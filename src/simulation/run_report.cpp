@@ -197,10 +197,10 @@ std::vector<HistoryValue> history_row(const Scene& scene, const SimulationState&
     row.emplace_back(energies.contact_loss[n_faces + c]);
     row.emplace_back(energies.contact_work[n_faces + c]);
   }
-  for (std::size_t b = 0; b < measured.bodies.size(); ++b) {
-    for (const double value : measured.bodies[b]) row.emplace_back(value);
-    row.emplace_back(energies.contact_loss[n_faces + n_colliders + b]);
-    row.emplace_back(energies.contact_work[n_faces + n_colliders + b]);
+  for (std::size_t body = 0; body < measured.bodies.size(); ++body) {
+    for (const double value : measured.bodies[body]) row.emplace_back(value);
+    row.emplace_back(energies.contact_loss[n_faces + n_colliders + body]);
+    row.emplace_back(energies.contact_work[n_faces + n_colliders + body]);
   }
   for (const double reach : measured.reaches) row.emplace_back(reach);
   for (std::size_t g = 0; g < n_gauges; ++g) {
