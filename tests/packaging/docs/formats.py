@@ -26,7 +26,10 @@ SCENE = ["run", str(ROOT / "drivers/scenes/all_materials.toml"), "--out", "out",
          "--set", 'materials.cream.magnetic={law="langevin",susceptibility=1,saturation=3e4,yield="tanh",yield_saturation=9,yield_field=1e4}',
          "--set", 'magnetics={sources=[{kind="uniform",field=["1e3","0","0"]}]}',
          "--set", 'output.front=[{name="tip",direction=[1,0,0]}]', "--set", 'output.gauge=[{name="patch",face="z_lower"}]']
-MEASURED = ("plate", "tip", "patch")  # names of columns
+BODIES = ["run", str(ROOT / "drivers/scenes/jet.toml"), "--out", "bodies", "--quiet", "--max-steps", "1",
+          "--set", "domain.cell_size=0.025", "--set", "output.history_interval=1", "--set", "output.frame_interval=0",
+          "--set", 'rigid_bodies=[{name="weight",density=1e3,shape={type="sphere",center=[0.7,0.2,0.2],radius=0.06}}]']  # no imex
+MEASURED = ("plate", "tip", "patch", "weight")  # names of columns
 
 
 def names_in(files):
@@ -65,6 +68,9 @@ def main():
     if outcome.code != 0:
         fail("the run did not end", outcome)
     folder = work / "out"
+    outcome = program.run(BODIES, 1, work, 120)
+    if outcome.code != 0:
+        fail("the run with a rigid body did not end", outcome)
     page = (ROOT / "docs/file-formats.md").read_text(encoding="utf-8")
     code = set(re.findall(r"`([^`]+)`", page))
     files = sorted(folder.glob("*.h5"))
@@ -76,7 +82,8 @@ def main():
     claimed = {name for row in re.findall(r"^\| (`.*?) \|", tables, re.MULTILINE) for name in re.findall(r"`(\w+)`", row)}
     faults += [f"the page names the dataset '{name}', which no file has" for name in sorted(claimed - names_in(files))]
 
-    columns = (folder / "history.csv").read_text(encoding="utf-8").splitlines()[0].split(",")
+    columns = [column for run in (folder, work / "bodies")
+               for column in (run / "history.csv").read_text(encoding="utf-8").splitlines()[0].split(",")]
     expected = {re.sub(r"^NAME", own, name) for name in code for own in MEASURED}
     own = [re.sub(r"^wall_[xyz]_(lower|upper)", "wall_FACE", name) for name in columns
            if not re.match(r"\w+\.(force|torque)_", name)]
