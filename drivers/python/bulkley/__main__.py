@@ -5,6 +5,8 @@
     adaptive-gain   what the adaptive time step gains on the scenes of the figures
     imex-gain       what the implicit pressure costs and changes on them
     fit-front       finds the flow curve of a fluid from a front that was filmed, by running the solver
+    gcode           key frames of a print head from a G-code file
+    tool-mesh       closed meshes of tools: vane, helical ribbon, whisk, bowl
     plot-rheometer  draws a table of `bulkley rheometer` (the program calls it for --plot)
     report          writes the page of `bulkley report` (the program calls it)
 
@@ -15,7 +17,8 @@ import importlib
 import pathlib
 import sys
 
-TOOLS = ("measure", "scaling-model", "adaptive-gain", "imex-gain", "fit-front", "plot-rheometer", "report")
+TOOLS = ("measure", "scaling-model", "adaptive-gain", "imex-gain", "fit-front", "gcode", "tool-mesh", "plot-rheometer",
+         "report")
 CALLED_BY_PROGRAM = ("plot-rheometer", "report")  # which says by itself what is missing
 MODULE_MISSING = 4
 OLDEST_PYTHON = (3, 11)
