@@ -114,7 +114,8 @@ def shapes():
         expect(abs(points[:, 2].min()) < 2e-3 * size[2], f"{what} does not stand on z = 0")
         expect(size[0] <= o.diameter * (1.0 + 2e-2), f"{what} is {size[0]} m wide")
         if tool == "whisk":
-            near(size[0], o.diameter, f"width of {what}", 1e-3)
+            flats = o.thickness / o.diameter * (1.0 - math.cos(math.pi / o.sides))  # a wire's section is a polygon
+            near(size[0], o.diameter, f"width of {what}", 1e-3 + flats)
     expect(len(faults(triangles[1:])) == 3, "a missing triangle is seen")
 
 
