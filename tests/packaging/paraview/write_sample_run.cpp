@@ -116,7 +116,7 @@ void write_run(const Comm& comm, const std::string& folder) {
     write_text_atomically(path_in(folder, "scene.toml"),
                           "[domain]\nlower = [0.0, 0.0, 0.0]\nupper = [1.0, 0.8, 0.6]\ncell_size = 0.1\n");
   });
-  const ColliderSurfaces colliders(make_colliders(), {Vec3::Zero(), Vec3(1.0, 0.8, 0.6)});
+  const ColliderSurfaces colliders(make_colliders(), {}, {Vec3::Zero(), Vec3(1.0, 0.8, 0.6)});
   colliders.write(comm, folder);
   FrameSeries series(comm, folder, -1);
   for (GlobalIndex index = 0; index < 4; ++index) {
