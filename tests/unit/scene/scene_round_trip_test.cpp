@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "geometry/builtin_mesh.hpp"
+#include "geometry/mesh_format.hpp"
 #include "geometry/mesh_shape.hpp"
 #include "material/preset.hpp"
 #include "scene/scene_difference.hpp"
@@ -147,9 +148,12 @@ TEST(SceneRoundTrip, StatesTheFlowInBothConventions) {
 }
 
 /// Shipped scenes use no other meshes than the program's own.
-void fill_builtin_meshes(Scene& scene) {
+// Those of files are PLY.
+void fill_meshes(Scene& scene) {
   const auto fill = [](const Mesh& mesh) {
-    return filled(mesh, builtin_mesh(mesh.file.substr(std::string(builtin_prefix).size())));
+    const bool is_file = !mesh.file.starts_with(builtin_prefix);
+    return filled(mesh, is_file ? parse_mesh(content(mesh.file), MeshFormat::ply)
+                                : builtin_mesh(mesh.file.substr(std::string(builtin_prefix).size())));
   };
   for (Body& body : scene.bodies) body.shape = with_meshes(body.shape, fill);
   for (Collider& collider : scene.colliders) collider.shape = with_meshes(collider.shape, fill);
@@ -173,13 +177,14 @@ TEST(SceneRoundTrip, OfMeshes) {
 TEST(ShippedScenes, AreSound) {
   int n_scenes = 0;
   for (const auto& entry : std::filesystem::directory_iterator(source_folder / "drivers" / "scenes")) {
+    if (entry.path().extension() != ".toml") continue;
     SCOPED_TRACE(entry.path().string());
     const std::string name = entry.path().filename().string();
     // Coarser cells say as much of a figure's bodies, and sooner.
     const std::vector<std::string> coarser = {"domain.cell_size=0.0125"};
-    Scene scene =
-        parse_scene(content(entry.path()), name, name.starts_with("figure_") ? coarser : std::vector<std::string>{});
-    fill_builtin_meshes(scene);
+    Scene scene = parse_scene(content(entry.path()), entry.path().string(),
+                              name.starts_with("figure_") ? coarser : std::vector<std::string>{});
+    fill_meshes(scene);
     EXPECT_NO_THROW(check_bodies(scene));
     EXPECT_FALSE(scene.title.empty());
     EXPECT_GT(scene.output.frame_interval, 0.0);
