@@ -8,65 +8,58 @@
 namespace bulkley {
 
 namespace {
-constexpr int digits_below_a_cell = 70;
+
+constexpr std::size_t words_of_three = 6;
+
+Vec3 three_of(const ExactSums& sums, std::size_t collider) {
+  return {sums.value(3 * collider), sums.value(3 * collider + 1), sums.value(3 * collider + 2)};
 }
+
+}  // namespace
 
 ContactImpulses::ContactImpulses(std::size_t n_colliders, double cell_mass, double length)
-    : sums_(6 * n_colliders, 0),
-      impulse_exponent_(std::ilogb(cell_mass) - digits_below_a_cell),
-      angular_exponent_(impulse_exponent_ + std::ilogb(length)) {}
-
-ContactImpulses::Integer ContactImpulses::units(double value, int exponent) const {
-  const double scaled = std::ldexp(value, -exponent);
-  // Beyond 2^120 nothing physical is left; the cast would be undefined beyond 2^127.
-  if (!(std::abs(scaled) < 0x1p120)) return 0;
-  return static_cast<Integer>(std::nearbyint(scaled));
-}
-
-double ContactImpulses::number(std::size_t place, int exponent) const {
-  return std::ldexp(static_cast<double>(sums_[place]), exponent);
-}
+    : impulses_(3 * n_colliders, cell_mass), angular_impulses_(3 * n_colliders, std::ldexp(cell_mass, std::ilogb(length))) {}
 
 void ContactImpulses::add(std::size_t collider, const Vec3& impulse, const Vec3& arm) {
   const Vec3 angular = arm.cross(impulse);
   for (int a = 0; a < 3; ++a) {
-    const std::size_t place = 6 * collider + static_cast<std::size_t>(a);
-    sums_[place] += units(impulse[a], impulse_exponent_);
-    sums_[place + 3] += units(angular[a], angular_exponent_);
+    const std::size_t place = 3 * collider + static_cast<std::size_t>(a);
+    impulses_.add(place, impulse[a]);
+    angular_impulses_.add(place, angular[a]);
   }
 }
 
 void ContactImpulses::add(const ContactImpulses& other) {
-  BULKLEY_ASSERT(sums_.size() == other.sums_.size() && impulse_exponent_ == other.impulse_exponent_);
-  for (std::size_t i = 0; i < sums_.size(); ++i) sums_[i] += other.sums_[i];
+  impulses_.add(other.impulses_);
+  angular_impulses_.add(other.angular_impulses_);
 }
 
-void ContactImpulses::clear() { sums_.assign(sums_.size(), 0); }
-
-Vec3 ContactImpulses::impulse(std::size_t collider) const {
-  const std::size_t i = 6 * collider;
-  return {number(i, impulse_exponent_), number(i + 1, impulse_exponent_), number(i + 2, impulse_exponent_)};
+void ContactImpulses::clear() {
+  impulses_.clear();
+  angular_impulses_.clear();
 }
 
-Vec3 ContactImpulses::angular_impulse(std::size_t collider) const {
-  const std::size_t i = 6 * collider + 3;
-  return {number(i, angular_exponent_), number(i + 1, angular_exponent_), number(i + 2, angular_exponent_)};
-}
+Vec3 ContactImpulses::impulse(std::size_t collider) const { return three_of(impulses_, collider); }
 
+Vec3 ContactImpulses::angular_impulse(std::size_t collider) const { return three_of(angular_impulses_, collider); }
+
+// Collider by collider: those of its impulse, then those of its angular impulse.
 std::vector<std::int64_t> ContactImpulses::words() const {
+  const std::vector<std::int64_t> impulses = impulses_.words(), angular = angular_impulses_.words();
   std::vector<std::int64_t> result;
-  for (const Integer sum : sums_) {
-    result.push_back(static_cast<std::int64_t>(static_cast<std::uint64_t>(sum)));
-    result.push_back(static_cast<std::int64_t>(sum >> 64));
-  }
+  for (std::size_t first = 0; first < impulses.size(); first += words_of_three)
+    for (const std::vector<std::int64_t>* const words : {&impulses, &angular})
+      for (std::size_t w = 0; w < words_of_three; ++w) result.push_back((*words)[first + w]);
   return result;
 }
 
 void ContactImpulses::set_words(std::span<const std::int64_t> words) {
-  BULKLEY_ASSERT(words.size() == 2 * sums_.size());
-  for (std::size_t i = 0; i < sums_.size(); ++i)
-    sums_[i] =
-        (static_cast<Integer>(words[2 * i + 1]) << 64) | static_cast<Integer>(static_cast<std::uint64_t>(words[2 * i]));
+  BULKLEY_ASSERT(words.size() == 2 * words_of_three * n_colliders());
+  std::vector<std::int64_t> impulses, angular;
+  for (std::size_t w = 0; w < words.size(); ++w)
+    (w % (2 * words_of_three) < words_of_three ? impulses : angular).push_back(words[w]);
+  impulses_.set_words(impulses);
+  angular_impulses_.set_words(angular);
 }
 
 }  // namespace bulkley

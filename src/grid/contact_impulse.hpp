@@ -2,15 +2,14 @@
 // What the material does to the colliders: sums of impulses whose bits depend neither on their order nor on the number of
 // ranks.
 //
-// Numbers are integers of 128 bits times a power of two, the same for a whole run. Adding such integers is exact, so sums
-// may be taken over nodes, steps and ranks in any order. With a unit of 2^-70 of the momentum of a full cell at 1 m/s there
-// is room for 2^57 such momenta.
+// The unit is 2^-70 of the momentum of a full cell at 1 m/s, the same for a whole run, with room for 2^57 such momenta.
 
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "bulkley/base/types.hpp"
+#include "grid/exact_sums.hpp"
 
 namespace bulkley {
 
@@ -21,7 +20,7 @@ class ContactImpulses {
   /// and must be the same on every rank and in every part of a run.
   ContactImpulses(std::size_t n_colliders, double cell_mass, double length);
 
-  std::size_t n_colliders() const { return sums_.size() / 6; }
+  std::size_t n_colliders() const { return impulses_.size() / 3; }
   /// Adds `impulse` (kg m/s) that the material gives to a collider at `arm` (m) from its centre. What is not finite is left
   /// out: the step that it belongs to fails.
   void add(std::size_t collider, const Vec3& impulse, const Vec3& arm);
@@ -36,12 +35,7 @@ class ContactImpulses {
   void set_words(std::span<const std::int64_t> words);
 
  private:
-  __extension__ using Integer = __int128;
-  Integer units(double value, int exponent) const;
-  double number(std::size_t place, int exponent) const;
-
-  std::vector<Integer> sums_;  ///< six a collider: impulse, angular impulse
-  int impulse_exponent_ = 0, angular_exponent_ = 0;
+  ExactSums impulses_, angular_impulses_;  ///< three a collider
 };
 
 }  // namespace bulkley

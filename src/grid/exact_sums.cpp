@@ -14,6 +14,11 @@ void ExactSums::add(std::size_t n, double value) {
   if (std::abs(scaled) < 0x1p120) sums_[n] += static_cast<Integer>(std::nearbyint(scaled));
 }
 
+void ExactSums::add(const ExactSums& other) {
+  BULKLEY_ASSERT(sums_.size() == other.sums_.size() && exponent_ == other.exponent_);
+  for (std::size_t i = 0; i < sums_.size(); ++i) sums_[i] += other.sums_[i];
+}
+
 double ExactSums::value(std::size_t n) const { return std::ldexp(static_cast<double>(sums_[n]), exponent_); }
 
 std::vector<std::int64_t> ExactSums::words() const {

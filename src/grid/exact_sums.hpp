@@ -1,6 +1,6 @@
 #pragma once
 // Sums whose bits depend neither on the order of their addends nor on how ranks share them, for addends whose magnitude is known
-// roughly: integers of 128 bits times one power of two, as ContactImpulses has them.
+// roughly: integers of 128 bits times one power of two. Adding such integers is exact.
 
 #include <cstdint>
 #include <span>
@@ -18,6 +18,8 @@ class ExactSums {
   void clear() { sums_.assign(sums_.size(), 0); }
   /// Adds to sum `n`, rounded to the unit. What is not finite is left out: the step that it belongs to fails.
   void add(std::size_t n, double value);
+  /// Adds sums of the same number and unit.
+  void add(const ExactSums& other);
   double value(std::size_t n) const;
 
   /// All sums as 64-bit words, low and high of each in turn; `set_words` takes them back.
