@@ -25,9 +25,9 @@ std::vector<LevelShape> level_shapes(const FieldLayout& finest);
 
 /// Solves A phi = b on the finest of several levels, A by edges with a permeability between each node and the next (FieldLevel). The
 /// preconditioner is one V-cycle: two Chebyshev-Jacobi steps before and after, trilinear prolongation and its transpose, coarse
-/// permeabilities by harmonic means in line and averages across; its vectors and coefficients are in single precision. No arithmetic depends on how nodes are divided: the smoother's bounds
-/// are fixed (a seven-point operator's D^-1 A has no eigenvalue above 2), dot products are order-free, and a residual is judged by
-/// its largest entry.
+/// permeabilities by harmonic means in line and averages across; its vectors and coefficients are in single precision. No arithmetic
+/// depends on how nodes are divided: the smoother's bounds are fixed (a seven-point operator's D^-1 A has no eigenvalue above 2), dot
+/// products are order-free, and a residual is judged by its largest entry.
 class PotentialSolver {
  public:
   /// Sets the leaks of a level, which are those of its boundary.

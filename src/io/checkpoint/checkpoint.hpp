@@ -35,9 +35,9 @@ struct CheckpointHeader {
 };
 
 /// Writes `folder`/checkpoint_STEP.h5 and its XDMF sidecar, then removes the oldest checkpoints beyond the `keep` newest
-/// up to this step, and leftovers of interrupted writes. `boxes`: further fields, on nodes. The root's header is the one that counts; its n_ranks is set to the
-/// number of ranks. Throws RunError, also when a particle fails verify_checkpoint, and then older checkpoints
-/// are all still there. Collective.
+/// up to this step, and leftovers of interrupted writes. `boxes`: further fields, on nodes. The root's header is the one that
+/// counts; its n_ranks is set to the number of ranks. Throws RunError, also when a particle fails verify_checkpoint, and then older
+/// checkpoints are all still there. Collective.
 void write_checkpoint(const Comm& comm, const std::string& folder, const CheckpointHeader& header,
                       const ParticleSet& particles, std::span<const std::string> material_names, int keep,
                       std::span<const BoxFields> boxes = {});
