@@ -31,6 +31,7 @@ ParticleGrid::ParticleGrid(const Comm& comm, const GridGeometry& grid, const Fac
 void ParticleGrid::begin_move() {
   outside_ = {};
   removed_.clear();
+  dropped_.clear();
   leavers_.clear();
   map_.reset(layout_, particles_.size());
 }
@@ -41,13 +42,21 @@ void ParticleGrid::place(ParticleBlock block) {
   if (!outside_.failed()) locate(grid_, layout_, particles_, map_, leavers_, block);
 }
 
+void ParticleGrid::place_added(LocalIndex first) {
+  map_.resize(particles_.size());
+  place({first, particles_.size()});
+}
+
 const StepBounds& ParticleGrid::finish_move(StepBounds local) {
   // A position is not finite because the velocity was not: such a particle has been counted already.
   Total& not_finite = outside_.failures.n_not_finite;
   not_finite.value = std::max<GlobalIndex>(0, not_finite - local.failures.n_not_finite);
   local.merge(outside_);
   local.transport.n_removed.value = static_cast<GlobalIndex>(removed_.size());
+  removed_.insert(removed_.end(), dropped_.begin(), dropped_.end());
   if (!removed_.empty() && !local.failed()) {
+    std::sort(removed_.begin(), removed_.end());
+    removed_.erase(std::unique(removed_.begin(), removed_.end()), removed_.end());
     particles_.remove(removed_);
     begin_move();
     place({});

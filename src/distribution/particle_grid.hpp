@@ -57,6 +57,11 @@ class ParticleGrid {
   void place(ParticleBlock block);
   /// Those that `place` has found beyond outflow faces: finish_move removes them. Not collective.
   std::span<const LocalIndex> removed() const { return removed_; }
+  /// Takes in the particles that were appended after the last block, from `first` on: positions inside the domain. Not
+  /// collective.
+  void place_added(LocalIndex first);
+  /// finish_move takes these out of the run, too; they do not count as removed. Not collective.
+  void drop(std::vector<LocalIndex> particles) { dropped_ = std::move(particles); }
   /// Brings every particle to the owner of its tile. `local`: what this rank has learned in the step. The merged bounds,
   /// which bounds() gives from now on; where they have failed, particles stay as they are. One all-reduce. Collective.
   const StepBounds& finish_move(StepBounds local);
@@ -90,7 +95,7 @@ class ParticleGrid {
   CellMap map_;
   StepBounds outside_;                    ///< what `place` has found since begin_move
   std::vector<OutsideParticle> leavers_;  ///< particles that are in no tile of the pool
-  std::vector<LocalIndex> removed_, departed_;
+  std::vector<LocalIndex> removed_, dropped_, departed_;
   std::vector<Departure> departures_;
   double exchange_wait_ = 0.0;  ///< of exchanges that are gone, s
   GlobalIndex n_jumps_ = 0;     ///< since the last sort

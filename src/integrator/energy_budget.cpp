@@ -51,7 +51,12 @@ EnergyAccount energy_account(const EnergyTotals& totals, const EnergyStart& star
   account.removed = totals.removed_kinetic + totals.removed_elastic;
   account.from_grid = totals.from_grid;
   const double received = std::accumulate(totals.forces.begin(), totals.forces.end(), totals.gravity);
-  const double kept = account.elastic + totals.removed_elastic + account.dissipated;
+  double kept = account.elastic + totals.removed_elastic + account.dissipated, fed = 0.0;
+  for (std::size_t f = 0; f < totals.fed_kinetic.size(); ++f) {
+    fed += totals.fed_kinetic[f];
+    kept -= totals.fed_elastic[f];
+    account.fed.push_back(totals.fed_kinetic[f] + totals.fed_elastic[f]);
+  }
   const double left_over = received - kept - totals.kicks;
   constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
   account.to_grid = totals.combined ? unknown : totals.to_grid;
@@ -64,7 +69,7 @@ EnergyAccount energy_account(const EnergyTotals& totals, const EnergyStart& star
     account.contact_loss.push_back(totals.contact_work[k] - totals.contact_energy[k]);
   }
   // The kinetic energy of the particles, against what all stages did to it.
-  account.residual = account.kinetic + totals.removed_kinetic + totals.to_grid + totals.from_grid - totals.kicks - contact;
+  account.residual = account.kinetic + totals.removed_kinetic + totals.to_grid + totals.from_grid - totals.kicks - contact - fed;
   return account;
 }
 
@@ -72,9 +77,9 @@ EnergyBudget::EnergyBudget(const Physics& physics, std::size_t n_forces)
     : physics_(physics),
       n_forces_(n_forces),
       inertia_(affine_inertia(physics.grid, physics.transfer)),
-      sums_(n_terms + n_forces + 2 * (n_faces + physics.colliders.size() + physics.rigid_bodies.size())),
+      sums_(n_terms + n_forces + 2 * (n_faces + physics.n_obstacles() + physics.rigid_bodies.size() + physics.feeds.size())),
       trial_(sums_.size()),
-      contact_(physics.colliders.size() + physics.rigid_bodies.size()),
+      contact_(physics.n_obstacles() + physics.rigid_bodies.size()),
       force_impulses_(n_forces) {}
 
 void EnergyBudget::begin_trial() {
@@ -258,6 +263,21 @@ void EnergyBudget::end_step(const ParticleSet& particles, std::span<const LocalI
   sums_[kinetic].add(moving);
 }
 
+ParticleEnergies EnergyBudget::energies_of(const ParticleSet& particles, LocalIndex p) const {
+  return {kinetic_energy(particles, p, inertia_), elastic_energy(physics_, particles, p)};
+}
+
+void EnergyBudget::add_carried(std::size_t feed, double change) {
+  sums_[fed_term(feed)].add({&change, 1});
+  sums_[from_grid].add({&change, 1});  // which is taken to be what the particles have afterwards
+}
+
+void EnergyBudget::add_fed(std::size_t feed, const ParticleEnergies& energies) {
+  sums_[fed_term(feed)].add({&energies.kinetic, 1});
+  sums_[fed_term(feed) + 1].add({&energies.elastic, 1});
+  sums_[kinetic].add({&energies.kinetic, 1});
+}
+
 std::vector<BinnedSum> EnergyBudget::sums(const Comm& comm) const {
   std::vector<BinnedSum> sums = sums_;
   merge_global(comm, sums);
@@ -278,6 +298,10 @@ EnergyTotals EnergyBudget::totals(const Comm& comm) const {
   for (std::size_t k = 0; k < contact_.places().size(); ++k) {
     totals.contact_energy.push_back(all[energy_term(k)].value());
     totals.contact_work.push_back(all[energy_term(k) + 1].value());
+  }
+  for (std::size_t f = 0; f < physics_.feeds.size(); ++f) {
+    totals.fed_kinetic.push_back(all[fed_term(f)].value());
+    totals.fed_elastic.push_back(all[fed_term(f) + 1].value());
   }
   totals.combined = combined_;
   return totals;

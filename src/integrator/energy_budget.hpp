@@ -26,6 +26,7 @@ struct EnergyTotals {
   double removed_kinetic = 0.0, removed_elastic = 0.0;  ///< of particles that were removed
   double removed_dissipation = 0.0;                     ///< what their laws had dissipated
   std::vector<double> forces;                           ///< work of each node force, likewise along the final motion
+  std::vector<double> fed_kinetic, fed_elastic;         ///< brought in by each inflow
   std::vector<double> contact_energy, contact_work;     ///< by place of contact: see ContactAccount::Place
   bool combined = false;  ///< the transfer sums momenta and impulses in one: velocities before impulses are not known
 };
@@ -47,11 +48,17 @@ struct EnergyAccount {
   double removed = 0.0;                            ///< kinetic and elastic, of removed particles
   double removed_dissipation = 0.0;                ///< what of `dissipated` their laws had done
   std::vector<double> contact_loss, contact_work;  ///< by place of contact
+  std::vector<double> fed;                         ///< kinetic and elastic, brought in by each inflow
   double residual = 0.0;                           ///< what is left of the sum of all; rounding
 };
 
 /// `now`: of the particles as they are. Not collective.
 EnergyAccount energy_account(const EnergyTotals& totals, const EnergyStart& start, const Diagnostics& now);
+
+/// Of one particle, J.
+struct ParticleEnergies {
+  double kinetic, elastic;
+};
 
 class EnergyBudget {
  public:
@@ -84,6 +91,13 @@ class EnergyBudget {
   void add_moved(const ParticleSet& particles, ParticleBlock block);
   void end_step(const ParticleSet& particles, std::span<const LocalIndex> removed);
 
+  /// Of particle p, for the next two. Not collective.
+  ParticleEnergies energies_of(const ParticleSet& particles, LocalIndex p) const;
+  /// Before `add_moved` of its block: a feed has changed the kinetic energy of a particle by that, J. Not collective.
+  void add_carried(std::size_t feed, double kinetic);
+  /// After end_step: a feed has brought in a particle with these energies, or with their opposites taken one out. Not collective.
+  void add_fed(std::size_t feed, const ParticleEnergies& energies);
+
   /// Sums of all ranks. Collective.
   std::vector<BinnedSum> sums(const Comm& comm) const;
   EnergyTotals totals(const Comm& comm) const;
@@ -106,6 +120,7 @@ class EnergyBudget {
     n_terms
   };
   std::size_t force_term(std::size_t force) const { return n_terms + force; }
+  std::size_t fed_term(std::size_t feed) const { return energy_term(n_faces + physics_.n_obstacles()) + 2 * feed; }
   std::size_t energy_term(std::size_t place) const { return n_terms + n_forces_ + 2 * place; }
 
   const Physics& physics_;

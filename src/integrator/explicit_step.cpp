@@ -36,7 +36,7 @@ StepReport ExplicitStep::step(const StepRequest& request, TimeStepState& state) 
   fit();
   StepReport report;
   StepBounds local;
-  const StepBounds before = parts_.with_waves_of_forces(particles.bounds());
+  const StepBounds before = parts_.with_waves_of_forces(particles.bounds(), request.time);
   const double colliders = collider_speed(before, request.time, request.remaining);
   for (;;) {
     report.plan = plan_step(settings, cell_size, before, colliders, request.remaining, state);
@@ -61,6 +61,9 @@ StepReport ExplicitStep::step(const StepRequest& request, TimeStepState& state) 
   parts_.contact.add(received_);
   parts_.budget.accept(particles.particles());
   local.requests.caller.include(request.from_rank);
+  const double sum = request.time + report.plan.dt;
+  if (parts_.feeds.any())
+    parts_.feeds.begin(request.time, report.plan.lands ? request.landing.value_or(sum) : sum, parts_.contact.no_impulses());
   nodes_to_particles(report.plan.dt, local);
   report.bounds = particles.finish_move(local);
   if (report.bounds.failed()) return report;
@@ -84,7 +87,7 @@ void ExplicitStep::compute_nodes(double time, double dt, StepReport& report, Ste
 }
 
 TimeStepLimit ExplicitStep::dt_limit(const StepBounds& bounds, double time, double remaining) const {
-  const StepBounds all = parts_.with_waves_of_forces(bounds);
+  const StepBounds all = parts_.with_waves_of_forces(bounds, time);
   return time_step_limit(parts_.physics.time_stepping, parts_.physics.grid.cell_size, all,
                          collider_speed(all, time, remaining));
 }
@@ -221,11 +224,13 @@ void ExplicitStep::nodes_to_particles(double dt, StepBounds& local) {
         g2p(physics.grid, transfer, grid.layout(), grid.map(), dt, share, pairs_.data(), particles, local, block);
       else
         g2p(physics.grid, transfer, grid.layout(), grid.map(), dt, pool_.data(), particles, local, block);
+      if (parts_.feeds.any()) parts_.feeds.carry(particles, local, block);
       parts_.after_move(block);
     }
     if (pressure_) pressure_->keep_volumes(block);
     {
       const PhaseTimer timer(parts_.times, Phase::stress_update);
+      if (parts_.feeds.any()) parts_.feeds.hide_spin(gradient, particles);
       double begin = MPI_Wtime();
       for (std::size_t m = 0; m < physics.materials.size(); ++m) {
         stress_update(physics.materials[m].material, static_cast<std::uint8_t>(m), gradient, dt, particles, local, block);
@@ -233,12 +238,16 @@ void ExplicitStep::nodes_to_particles(double dt, StepBounds& local) {
         parts_.material_seconds[m] += end - begin;
         begin = end;
       }
+      if (parts_.feeds.any()) parts_.feeds.show_spin(gradient, particles);
       if (viscosity_) viscosity_->record(gradient, dt, block);
     }
     grid.place(block);
   }
   if (pressure_) pressure_->update_volumes(local);
   parts_.budget.end_step(particles, grid.removed());
+  if (!parts_.feeds.any()) return;
+  parts_.feeds.finish(grid, local);
+  parts_.contact.add(parts_.feeds.received());
 }
 
 std::span<const Node> ExplicitStep::node_velocities(double time) {

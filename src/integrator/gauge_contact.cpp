@@ -128,7 +128,7 @@ void GaugeContact::fit_images(std::span<const NodeImage> images, const std::vect
 }
 
 void GaugeContact::add(const Share& share, const Vec3& impulse, ContactImpulses& received) const {
-  const std::size_t entry = physics_.colliders.size() + share.gauge;
+  const std::size_t entry = physics_.n_obstacles() + share.gauge;
   const Vec3 part = share.part * impulse.cwiseProduct(share.components);
   received.add(entry, part, Vec3::Zero());
   received.add(entry + physics_.gauges.size(), Vec3(-share.normal.dot(part), 0.0, 0.0), Vec3::Zero());
@@ -204,6 +204,7 @@ void GaugeContact::before_moving(std::span<const NodeConstraint> constraints, do
     velocity = after;
     if (!(mass > 0.0)) continue;
     const int number = constraint.collider;
+    if (number >= static_cast<int>(physics_.colliders.size())) continue;  // a feed
     if (number < 0 || !physics_.colliders[static_cast<std::size_t>(number)].motion.moves()) {
       const Range shares = shares_of(constraint);
       for (std::uint32_t s = 0; s < shares.count; ++s) add(shares_[shares.first + s], impulse, received);

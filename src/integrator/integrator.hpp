@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 
 #include "integrator/step_parts.hpp"
@@ -14,6 +15,7 @@ struct StepRequest {
   double time;                 ///< at the start of the step, s
   double remaining;            ///< the step is no longer than that, s; > 0
   std::int32_t from_rank = 0;  ///< merged over ranks (largest), it comes back as StepReport::bounds.requests.caller
+  std::optional<double> landing{};  ///< s, the time of a step that takes all that remains, where the sum rounds to another
 };
 
 /// How the implicit pressure of a step was found.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "integrator/feed_particles.hpp"
 #include "parallel/reproducible_sum.hpp"
 
 namespace bulkley {
@@ -11,7 +12,7 @@ ContactImpulses no_contact_impulses(const Physics& physics) {
   double density = 1e-300;  // a run without materials has nothing to sum
   for (const NamedMaterial& named : physics.materials)
     density = std::max(density, std::visit([](const auto& law) { return law.density(); }, named.material));
-  return {physics.colliders.size() + n_gauge_entries(physics), density * grid.cell_size * grid.cell_size * grid.cell_size,
+  return {physics.n_obstacles() + n_gauge_entries(physics) + physics.feeds.size(), density * grid.cell_size * grid.cell_size * grid.cell_size,
           (grid.upper() - grid.lower).maxCoeff()};
 }
 
@@ -37,6 +38,10 @@ void NodeContact::fit(const Exchange& exchange) {
     image.behind = active[static_cast<std::size_t>(image.behind)];
     image.front = active[static_cast<std::size_t>(image.front)];
   }
+  if (!physics_.feeds.empty()) {
+    positions_ = nodes;
+    places_.assign(active.begin(), active.end());
+  }
   gauges_.fit(constraints_, images_, nodes, active);
 }
 
@@ -52,6 +57,8 @@ void NodeContact::apply(double time, const GridUpdate& update, Node* nodes, Node
     moving_ones = moving;
   }
   if (rigid_) merge_bodies(update, moving_ones, nodes, change, received, account);
+  if (!physics_.feeds.empty())
+    account.apply(feed_constraints(physics_, positions_, places_, time, update.dt), nodes, change, received);
   account.unfold(update, images_, nodes, change);
   gauges_.after_unfold(nodes, change, received);
 }
@@ -71,8 +78,11 @@ void NodeContact::fold_later(Node* impulses) {
 }
 
 double NodeContact::collider_speed(double first, double last) const {
-  const double colliders = bulkley::collider_speed(physics_.grid, physics_.colliders, first, last);
-  return rigid_ ? std::max(colliders, rigid_->speed_bound(last - first)) : colliders;
+  double fastest = bulkley::collider_speed(physics_.grid, physics_.colliders, first, last);
+  if (rigid_) fastest = std::max(fastest, rigid_->speed_bound(last - first));
+  for (const Feed& feed : physics_.feeds)
+    if (first < feed.end() && last >= feed.start()) fastest = std::max(fastest, feed.speed_bound(first, last));
+  return fastest;
 }
 
 ContactImpulses NodeContact::impulses(const Comm& comm) const { return sum_global(comm, impulses_); }

@@ -14,6 +14,7 @@
 #include "magnetics/magnetics_settings.hpp"
 #include "magnetics/magnetisation.hpp"
 #include "material/material.hpp"
+#include "particle/inflow.hpp"
 #include "stepping/time_step.hpp"
 
 namespace bulkley {
@@ -42,6 +43,10 @@ struct Physics {
   std::vector<double> implicit_viscosities = {};
   std::optional<Magnets> magnets = {};
   std::vector<RigidBody> rigid_bodies = {};
+  std::vector<Feed> feeds = {};
+
+  /// Places of contact beside the faces: the colliders, then the feeds. (Rigid bodies follow the colliders: no scene has both.)
+  std::size_t n_obstacles() const { return colliders.size() + feeds.size(); }
 };
 
 }  // namespace bulkley

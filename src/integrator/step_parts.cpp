@@ -14,6 +14,7 @@ StepParts::StepParts(const Physics& all_physics, ParticleGrid& all_particles, No
       contact(all_physics, all_particles.comm()),
       forces(std::move(node_forces)),
       budget(all_physics, forces.size()),
+      feeds(all_physics, budget),
       times(phase_times),
       material_seconds(all_physics.materials.size(), 0.0) {
   for (std::size_t k = 0; k < forces.size(); ++k) {
@@ -38,11 +39,12 @@ void StepParts::prepare_forces(double time, double dt) {
   for (const auto& force : forces) force->prepare(particles, time, dt);
 }
 
-StepBounds StepParts::with_waves_of_forces(const StepBounds& bounds) const {
+StepBounds StepParts::with_waves_of_forces(const StepBounds& bounds, double time) const {
   double square = 0.0;
   for (const auto& force : forces) square += force->wave_speed_squared();
-  if (!(square > 0.0)) return bounds;
   StepBounds result = bounds;
+  include_feeds(physics, time, result);
+  if (!(square > 0.0)) return result;
   Extreme& speed = result.motion.wave_speed;
   speed.value = std::sqrt(std::max(speed.value, 0.0) * std::max(speed.value, 0.0) + square);
   return result;

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "integrator/energy_budget.hpp"
+#include "integrator/feed_particles.hpp"
 #include "integrator/node_contact.hpp"
 #include "integrator/node_force.hpp"
 
@@ -18,6 +19,7 @@ struct StepParts {
   NodeContact contact;
   NodeForces forces;
   EnergyBudget budget;
+  FeedParticles feeds;
   PhaseTimes& times;
   std::vector<double> material_seconds;  ///< wall time of this rank in the stress updates of each material so far, s
   std::vector<Int3> active_positions;    ///< of Exchange's active nodes; only where there are forces
@@ -40,8 +42,8 @@ struct StepParts {
   /// folded. Not collective.
   void add_later_impulses(const GridUpdate& update, Node* impulses, Node* nodes, Node* change);
 
-  /// `bounds` with the waves of forces beside those of the material. Not collective.
-  StepBounds with_waves_of_forces(const StepBounds& bounds) const;
+  /// `bounds` with the waves of forces beside those of the material, and those of what enters. Not collective.
+  StepBounds with_waves_of_forces(const StepBounds& bounds, double time) const;
 
   const Comm& comm() const { return particles.comm(); }
   std::size_t memory() const;

@@ -16,6 +16,7 @@
 #include "scene/boundary_keys.hpp"
 #include "scene/gauge_keys.hpp"
 #include "scene/grid_keys.hpp"
+#include "scene/inflow_keys.hpp"
 #include "scene/magnetics_keys.hpp"
 #include "scene/output_keys.hpp"
 #include "scene/partition_keys.hpp"
@@ -119,17 +120,22 @@ void join_tables(const Value& root, Scene& scene, Faults& faults) {
   scene.grid.order = scene.transfer.order;
   for (std::size_t axis = 0; axis < 3; ++axis) scene.grid.periodic[axis] = is_periodic(scene.faces, axis);
   check_periodic_cells(*root.find("domain"), scene.grid, faults);
-  if (scene.bodies.empty()) faults.add(root.find("bodies")->place, "'bodies' is empty; a scene needs at least one body");
+  if (scene.bodies.empty() && scene.inflows.empty())
+    faults.add(root.find("bodies") ? root.find("bodies")->place : root.place,
+               "'bodies' is empty; a scene needs at least one body or inflow");
   require_different_names(root, "bodies", faults);
   require_different_names(root, "colliders", faults);
   require_different_names(root, "rigid_bodies", faults);
   join_rigid_bodies(root, scene, faults);
+  require_different_names(root, "inflows", faults);
   assign_materials(root, scene, faults);
+  join_inflows(root, scene, faults);
   check_frame_count(root, scene, faults);
   join_magnetics(root, scene, faults);  // before the fields, which need its laws
   choose_frame_fields(root, scene, faults);
   join_measurements(root, scene, faults);
-  for (const Value& body : root.find("bodies")->items) scene.body_places.push_back(body.place.text());
+  if (const Value* bodies = root.find("bodies"))
+    for (const Value& body : bodies->items) scene.body_places.push_back(body.place.text());
   if (const Value* colliders = root.find("colliders"))
     for (const Value& collider : colliders->items) scene.collider_places.push_back(collider.place.text());
 }
@@ -154,7 +160,8 @@ const config::Keys<Scene>& scene_keys() {
           .key("transfer", &Scene::transfer, {.about = "Particle-grid transfer."})
           .key("materials", &Scene::materials, {.about = "Materials by name.", .required = true})
           .key("magnetics", &Scene::magnetics, {.about = "Magnetic fields.", .default_text = "none"})
-          .key("bodies", &Scene::bodies, {.about = "Pieces of material at the start.", .required = true})
+          .key("bodies", &Scene::bodies, {.about = "Pieces of material at the start; at least one, or an inflow.", .default_text = "none"})
+          .key("inflows", &Scene::inflows, {.about = "Nozzles from which material enters.", .default_text = "none"})
           .key("colliders", &Scene::colliders, {.about = "Rigid obstacles, fixed or moving.", .default_text = "none"})
           .key("rigid_bodies", &Scene::rigid_bodies, {.about = "Free rigid bodies.", .default_text = "none"})
           .key("boundaries", &Scene::faces, {.about = "The faces of the domain."})
@@ -165,7 +172,7 @@ const config::Keys<Scene>& scene_keys() {
   return table;
 }
 
-/// Files of meshes by absolute paths, so that the effective text finds them from any folder.
+/// Files of meshes and key frames by absolute paths, so that the effective text finds them from any folder.
 void resolve_mesh_files(const std::string& scene_file, Scene& scene) {
   const auto resolved = [&](const Mesh& mesh) {
     Mesh result = mesh;
@@ -177,6 +184,11 @@ void resolve_mesh_files(const std::string& scene_file, Scene& scene) {
   for (Body& body : scene.bodies) body.shape = with_meshes(body.shape, resolved);
   for (Collider& collider : scene.colliders) collider.shape = with_meshes(collider.shape, resolved);
   for (RigidBody& body : scene.rigid_bodies) body.shape = with_meshes(body.shape, resolved);
+  for (Inflow& inflow : scene.inflows) {
+    if (inflow.key_frames_file.empty()) continue;
+    const std::filesystem::path folder = std::filesystem::path(scene_file).parent_path();
+    inflow.key_frames_file = std::filesystem::absolute(folder / inflow.key_frames_file).lexically_normal().string();
+  }
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "kernel/transfer.hpp"
 #include "magnetics/magnetics_settings.hpp"
 #include "material/material.hpp"
+#include "particle/inflow.hpp"
 #include "particle/seeding.hpp"
 #include "scene/output_settings.hpp"
 #include "stepping/time_step.hpp"
@@ -30,6 +31,7 @@ struct Scene {
   std::optional<MagneticsSettings> magnetics;
   std::vector<Body> bodies;
   bool allow_overlap = false;  ///< bodies may overlap; the first in the file wins
+  std::vector<Inflow> inflows;
   Faces faces;
   std::vector<Collider> colliders;
   std::vector<RigidBody> rigid_bodies;
@@ -67,6 +69,11 @@ BodySurvey survey_alone();
 /// motion that is defined at each of its particles. Throws UsageError with one sentence per fault and line. Collective if
 /// `survey` is.
 void check_bodies(const Scene& scene, const BodySurvey& survey = survey_alone());
+
+/// Every inflow has a section of particles and a rate that is defined, and its feed stays inside the domain, out of colliders and
+/// of seeded material. Throws UsageError with one sentence per fault and line. Needs meshes and key frames. Not collective (the same
+/// on every rank).
+void check_inflows(const Scene& scene);
 
 /// Colliders must be thicker than two cells: a thinner one does not keep the material on its two sides apart. Throws
 /// UsageError with one sentence per fault and line, each with the required thickness. Not collective (the same on every

@@ -2,11 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
+#include <fstream>
 #include <map>
+#include <sstream>
 
 #include "geometry/builtin_mesh.hpp"
 #include "geometry/mesh_shape.hpp"
 #include "io/files/mesh_file.hpp"
+#include "particle/feed_frames.hpp"
 #include "parallel/gather.hpp"
 
 namespace bulkley {
@@ -50,6 +54,43 @@ void broadcast(const Comm& comm, ReadMesh& mesh) {
   broadcast_values(comm, mesh.triangles.triangles);
 }
 
+/// The rows of an inflow's file of key frames, on every rank.
+std::vector<FeedFrame> read_key_frames(const Comm& comm, const Inflow& inflow) {
+  std::vector<double> numbers;
+  root_guard(comm, [&] {
+    const std::string owner = fmt::format("{}: inflow '{}': key_frames_file '{}' ", inflow.place, inflow.name, inflow.key_frames_file);
+    std::error_code ignored;
+    std::ifstream stream(inflow.key_frames_file);
+    if (std::filesystem::is_directory(inflow.key_frames_file, ignored) || !stream) throw UsageError(owner + "cannot be opened");
+    std::ostringstream text;
+    text << stream.rdbuf();
+    std::vector<FeedFrame> frames;
+    try {
+      frames = parse_key_frames(text.str());
+    } catch (const UsageError& error) {
+      throw UsageError(owner + error.what());
+    }
+    if (const std::string fault = key_frames_fault(frames); !fault.empty()) throw UsageError(owner + fault);
+    for (const FeedFrame& f : frames)
+      numbers.insert(numbers.end(), {f.time, f.position[0], f.position[1], f.position[2], f.volume});
+  });
+  std::vector<GlobalIndex> size{static_cast<GlobalIndex>(numbers.size())};
+  broadcast_values(comm, size);
+  numbers.resize(static_cast<std::size_t>(size[0]));
+  broadcast_values(comm, numbers);
+  std::vector<FeedFrame> frames;
+  for (std::size_t n = 0; n < numbers.size(); n += 5)
+    frames.push_back({numbers[n], {numbers[n + 1], numbers[n + 2], numbers[n + 3]}, numbers[n + 4]});
+  return frames;
+}
+
+/// The motions of the colliders that carry inflows, once their centres are known.
+void settle_motions(Scene& scene) {
+  for (Inflow& inflow : scene.inflows)
+    for (const Collider& collider : scene.colliders)
+      if (inflow.moves_with == collider.name) inflow.motion = collider.motion;
+}
+
 }  // namespace
 
 void load_meshes(const Comm& comm, Scene& scene, MeshesOf which) {
@@ -72,6 +113,9 @@ void load_meshes(const Comm& comm, Scene& scene, MeshesOf which) {
     collider.shape = with_meshes(collider.shape, fill);
     settle_center(collider);
   }
+  settle_motions(scene);
+  for (Inflow& inflow : scene.inflows)
+    if (!inflow.key_frames_file.empty()) inflow.key_frames = read_key_frames(comm, inflow);
 }
 
 }  // namespace bulkley

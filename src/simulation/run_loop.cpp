@@ -43,7 +43,7 @@ int take_step(Run& run) {
   const double before = MPI_Wtime();
   SimulationState& state = run.state;
   const double target = run.next_landing();
-  run.last_step = run.solver->step({state.time, target - state.time, request_of(run)}, state.controller);
+  run.last_step = run.solver->step({state.time, target - state.time, request_of(run), target}, state.controller);
   const StepReport& step = run.last_step;
   ++state.step;
   state.time = step.plan.lands ? target : state.time + step.plan.dt;

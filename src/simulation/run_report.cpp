@@ -128,6 +128,16 @@ std::vector<std::string> history_columns(const Scene& scene) {
     add_vector(column_prefix(gauge.name), "force", "[N]");
     columns.push_back(column_prefix(gauge.name) + ".pressure [Pa]");
   }
+  for (const Inflow& inflow : scene.inflows) {
+    const std::string prefix = column_prefix(inflow.name);
+    for (const char* what : {"entered [kg]", "entered_by_particles [kg]", "entered_particles", "feed_particles"})
+      columns.push_back(fmt::format("{}.{}", prefix, what));
+    add_vector(prefix, "force", "[N]");
+    add_vector(prefix, "torque", "[N m]");
+    add_vector(prefix, "feed_force", "[N]");
+    for (const char* what : {"energy_brought", "contact_loss", "contact_work"})
+      columns.push_back(fmt::format("{}.{} [J]", prefix, what));
+  }
   return columns;
 }
 
@@ -190,7 +200,8 @@ std::vector<HistoryValue> history_row(const Scene& scene, const SimulationState&
   }
   for (const double value : measured.forces) row.emplace_back(value);
   const double per_second = contact.duration > 0.0 ? 1.0 / contact.duration : 0.0;
-  const std::size_t n_gauges = measured.gauge_areas.size(), n_colliders = contact.impulses.n_colliders() - 2 * n_gauges;
+  const std::size_t n_gauges = measured.gauge_areas.size(), n_colliders = scene.colliders.size();
+  const std::size_t n_inflows = scene.inflows.size(), first_gauge = n_colliders + n_inflows;
   for (std::size_t c = 0; c < n_colliders; ++c) {
     add(per_second * contact.impulses.impulse(c));
     add(per_second * contact.impulses.angular_impulse(c));
@@ -204,10 +215,32 @@ std::vector<HistoryValue> history_row(const Scene& scene, const SimulationState&
   }
   for (const double reach : measured.reaches) row.emplace_back(reach);
   for (std::size_t g = 0; g < n_gauges; ++g) {
-    add(per_second * contact.impulses.impulse(n_colliders + g));
-    row.emplace_back(per_second * contact.impulses.impulse(n_colliders + n_gauges + g)[0] / measured.gauge_areas[g]);
+    add(per_second * contact.impulses.impulse(first_gauge + g));
+    row.emplace_back(per_second * contact.impulses.impulse(first_gauge + n_gauges + g)[0] / measured.gauge_areas[g]);
+  }
+  for (std::size_t i = 0; i < n_inflows; ++i) {
+    for (const double value : {measured.fed[i].mass, measured.fed[i].particle_mass}) row.emplace_back(value);
+    for (const GlobalIndex n : {measured.fed[i].n_entered, measured.fed[i].n_in_feed}) row.emplace_back(n);
+    add(per_second * contact.impulses.impulse(n_colliders + i));
+    add(per_second * contact.impulses.angular_impulse(n_colliders + i));
+    add(per_second * contact.impulses.impulse(first_gauge + 2 * n_gauges + i));
+    row.emplace_back(energies.fed[i]);
+    row.emplace_back(energies.contact_loss[n_faces + n_colliders + i]);
+    row.emplace_back(energies.contact_work[n_faces + n_colliders + i]);
   }
   return row;
+}
+
+std::vector<FedFigures> fed_figures(const std::vector<Feed>& feeds, double time) {
+  std::vector<FedFigures> figures;
+  for (const Feed& feed : feeds) {
+    const auto n_points = static_cast<GlobalIndex>(feed.points().size());
+    const GlobalIndex n_entered = n_points * feed.n_released(time);
+    figures.push_back({feed.inflow().density * feed.entered_volume(time),
+                       feed.inflow().density * feed.particle_volume() * static_cast<double>(n_entered), n_entered,
+                       n_points * feed.n_born(time) - n_entered});
+  }
+  return figures;
 }
 
 double particle_imbalance(const StepBounds& bounds, int n_ranks) {

@@ -29,6 +29,13 @@ struct HaloTraffic {
   GlobalIndex total = 0;
 };
 
+/// What an inflow has brought in.
+struct FedFigures {
+  double mass;                         ///< kg, density times the volume that has entered
+  double particle_mass;                ///< kg, of the particles that have passed the exit: the same within half a layer
+  GlobalIndex n_entered, n_in_feed;    ///< particles past the exit, and still behind it
+};
+
 /// In addition to Diagnostics.
 struct Measurements {
   double thickness_decile;                  ///< cells; see the function of that name; on the root alone
@@ -36,7 +43,11 @@ struct Measurements {
   std::vector<double> gauge_areas;          ///< m^2, of each gauge
   std::vector<double> forces;               ///< Solver::force_history
   std::vector<std::vector<double>> bodies;  ///< RigidContact::history
+  std::vector<FedFigures> fed;              ///< by each inflow
 };
+
+/// Of each feed at a time, s. Not collective.
+std::vector<FedFigures> fed_figures(const std::vector<Feed>& feeds, double time);
 
 /// Means over the steps that `totals` counts. Not collective.
 PressureFigures pressure_figures(const PressureTotals& totals);

@@ -7,6 +7,7 @@
 #include <fmt/ranges.h>
 
 #include "geometry/mesh_shape.hpp"
+#include "integrator/feed_particles.hpp"
 #include "integrator/petsc_solver.hpp"
 #include "kernel/stress_update.hpp"
 #include "magnetostatics/petsc_potential.hpp"
@@ -72,6 +73,7 @@ Physics physics_of(const Scene& scene) {
     }
   physics.magnets = magnets_of(scene);
   physics.rigid_bodies = scene.rigid_bodies;
+  physics.feeds = feeds_of(scene.grid, scene.inflows, scene.bodies.size(), scene.time_stepping.end_time);
   return physics;
 }
 
@@ -211,6 +213,8 @@ ParticleSet seed_share(const Comm& comm, const Scene& scene, const Partition& pa
   collective_guard(comm, [&] { seed_particles(scene.grid, scene.bodies, tiles, particles); });
   for (std::size_t m = 0; m < scene.materials.size(); ++m)
     set_internal_variables(scene.materials[m].material, static_cast<std::uint8_t>(m), particles);
+  if (!scene.inflows.empty())
+    collective_guard(comm, [&] { append_first_layers(physics_of(scene), partition.map, comm.rank(), particles); });
   return particles;
 }
 

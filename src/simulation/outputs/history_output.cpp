@@ -32,7 +32,9 @@ void HistoryOutput::write(Run& run) {
   const Measurements measured{thickness_decile(run.comm, run.scene.grid, run.scene.gravity, run.solver->particles(),
                                                diagnostics.lower, diagnostics.upper),
                               reaches(run.comm, run.scene.output.fronts, run.solver->particles()), gauge_areas_,
-                              run.solver->force_history(), bodies ? bodies->history() : std::vector<std::vector<double>>{}};
+                              run.solver->force_history(),
+                              bodies ? bodies->history() : std::vector<std::vector<double>>{},
+                              fed_figures(run.solver->physics().feeds, state.time)};
   history_.write(run.comm, history_row(run.scene, state, step, diagnostics, energies, contact, measured, run.halo_traffic(),
                                        run.comm.size(), seconds_per_step));
   run.solver->set_contact_impulses(no_contact_impulses(run.solver->physics()));

@@ -1,0 +1,290 @@
+#include "particle/inflow.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "base/monotone_cubic.hpp"
+#include "bulkley/base/error.hpp"
+
+namespace bulkley {
+
+namespace {
+
+constexpr double longest_panel = 1e-3;  // s
+constexpr double fewest_panels = 4096.0;
+constexpr double most_panels = 1e7;
+
+// Gauss-Legendre, four points of [-1, 1].
+constexpr std::array<double, 4> gauss_points{-0.86113631159405257522, -0.33998104358485626480, 0.33998104358485626480,
+                                             0.86113631159405257522};
+constexpr std::array<double, 4> gauss_weights{0.34785484513745385737, 0.65214515486254614263, 0.65214515486254614263,
+                                              0.34785484513745385737};
+
+double component(const FeedFrame& frame, int c) { return c < 3 ? frame.position[c] : frame.volume; }
+
+// Within segment k, relative to its beginning, so that what rests keeps its bits.
+Cubic segment(const std::vector<FeedFrame>& frames, std::size_t k, int c) {
+  const auto length = [&](std::size_t n) { return frames[n + 1].time - frames[n].time; };
+  const auto secant = [&](std::size_t n) { return (component(frames[n + 1], c) - component(frames[n], c)) / length(n); };
+  const auto slope = [&](std::size_t n) {
+    return n == 0 || n + 1 == frames.size() ? 0.0 : monotone_slope(secant(n - 1), secant(n), length(n - 1), length(n));
+  };
+  return {length(k), 0.0, component(frames[k + 1], c) - component(frames[k], c), slope(k), slope(k + 1)};
+}
+
+struct Value {
+  double value, rate;
+};
+
+std::size_t frame_at(const std::vector<FeedFrame>& frames, double time) {
+  const auto after =
+      std::upper_bound(frames.begin(), frames.end(), time, [](double t, const FeedFrame& f) { return t < f.time; });
+  return static_cast<std::size_t>(after - frames.begin()) - 1;
+}
+
+Value value_at(const std::vector<FeedFrame>& frames, double time, int c) {
+  if (time < frames.front().time) return {component(frames.front(), c), 0.0};
+  if (time >= frames.back().time) return {component(frames.back(), c), 0.0};
+  const std::size_t k = frame_at(frames, time);
+  const Cubic curve = segment(frames, k, c);
+  const double s = (time - frames[k].time) / curve.h;
+  const auto [low, high] = std::minmax(component(frames[k], c), component(frames[k + 1], c));
+  return {std::clamp(component(frames[k], c) + curve.value(s), low, high), curve.rate(s)};
+}
+
+/// Calls visit(k) for the segments that reach into [first, last].
+template <class Visit>
+void for_each_segment(const std::vector<FeedFrame>& frames, double first, double last, Visit visit) {
+  for (std::size_t k = first <= frames.front().time ? 0 : frame_at(frames, first);
+       k + 1 < frames.size() && frames[k].time <= last; ++k)
+    visit(k);
+}
+
+int lattice_width(int particles_per_cell) {
+  int k = 1;
+  while (k * k * k < particles_per_cell) ++k;
+  return k;
+}
+
+}  // namespace
+
+double area(const Section& section) {
+  if (const auto* disc = std::get_if<DiscSection>(&section)) return std::numbers::pi * disc->radius * disc->radius;
+  const auto& rectangle = std::get<RectangleSection>(section);
+  return rectangle.width * rectangle.height;
+}
+
+double signed_distance(const Section& section, double a, double b) {
+  if (const auto* disc = std::get_if<DiscSection>(&section)) return std::hypot(a, b) - disc->radius;
+  const auto& rectangle = std::get<RectangleSection>(section);
+  const double x = std::abs(a) - 0.5 * rectangle.width, y = std::abs(b) - 0.5 * rectangle.height;
+  return std::min(std::max(x, y), 0.0) + std::hypot(std::max(x, 0.0), std::max(y, 0.0));
+}
+
+EnteredVolume::EnteredVolume(const Inflow& inflow, double end_time)
+    : start_(inflow.start), end_(inflow.end.value_or(std::max(end_time, inflow.start))), frames_(inflow.key_frames) {
+  if (!frames_.empty()) {
+    start_ = frames_.front().time;
+    end_ = frames_.back().time;
+    return;
+  }
+  const TimeFormula& rate = inflow.flow_rate ? *inflow.flow_rate : inflow.speed.value();
+  if (!inflow.flow_rate) factor_ = area(inflow.section);
+  constant_ = factor_ * rate.number;
+  if (rate.text.empty() || !(end_ > start_)) return;
+  formula_ = std::make_shared<Formula>(rate.text, std::vector<std::string>{"t"});
+  const double n_panels = std::max(fewest_panels, std::ceil((end_ - start_) / longest_panel));
+  if (n_panels > most_panels)
+    throw UsageError(fmt::format("lasts {:g} s; a rate by formula may last {:g} s", end_ - start_,
+                                 most_panels * longest_panel));
+  panel_length_ = (end_ - start_) / n_panels;
+  panel_volume_.push_back(0.0);
+  for (std::size_t n = 0; n < static_cast<std::size_t>(n_panels); ++n) {
+    const double begin = start_ + static_cast<double>(n) * panel_length_;
+    double largest = 0.0;
+    for (const double at : {begin, begin + 0.25 * panel_length_, begin + 0.5 * panel_length_, begin + 0.75 * panel_length_,
+                            begin + panel_length_}) {
+      const double value = factor_ * (*formula_)({at});
+      if (!(value >= 0.0 && std::isfinite(value)))
+        throw UsageError(fmt::format("has the rate {:g} at t = {:g} s; it must be a number >= 0", value / factor_, at));
+      largest = std::max(largest, value);
+    }
+    panel_largest_.push_back(largest);
+    panel_volume_.push_back(panel_volume_.back() + std::max(0.0, integral(begin, begin + panel_length_)));
+  }
+}
+
+double EnteredVolume::integral(double from, double to) const {
+  const double middle = 0.5 * (from + to), half = 0.5 * (to - from);
+  double sum = 0.0;
+  for (std::size_t g = 0; g < gauss_points.size(); ++g)
+    sum += gauss_weights[g] * (factor_ * (*formula_)({middle + half * gauss_points[g]}));
+  return half * sum;
+}
+
+std::size_t EnteredVolume::panel_of(double time) const {
+  const double n = std::floor((time - start_) / panel_length_);
+  return static_cast<std::size_t>(std::clamp(n, 0.0, static_cast<double>(panel_largest_.size() - 1)));
+}
+
+double EnteredVolume::volume(double time) const {
+  if (!frames_.empty()) return value_at(frames_, time, 3).value;
+  const double t = std::clamp(time, start_, end_);
+  if (!formula_) return constant_ * (t - start_);
+  const std::size_t n = panel_of(t);
+  const double part = integral(start_ + static_cast<double>(n) * panel_length_, t);
+  return std::clamp(panel_volume_[n] + part, panel_volume_[n], panel_volume_[n + 1]);
+}
+
+double EnteredVolume::rate(double time) const {
+  if (time < start_ || time > end_) return 0.0;
+  if (!frames_.empty()) return std::max(0.0, value_at(frames_, time, 3).rate);
+  return formula_ ? factor_ * (*formula_)({time}) : constant_;
+}
+
+double EnteredVolume::largest_rate(double first, double last) const {
+  if (last < start_ || first > end_) return 0.0;
+  double largest = 0.0;
+  if (!frames_.empty()) {
+    for_each_segment(frames_, first, last,
+                     [&](std::size_t k) { largest = std::max(largest, segment(frames_, k, 3).largest_rate()); });
+    return largest;
+  }
+  if (!formula_) return constant_;
+  for (std::size_t n = panel_of(std::clamp(first, start_, end_)); n <= panel_of(std::clamp(last, start_, end_)); ++n)
+    largest = std::max(largest, panel_largest_[n]);
+  return largest;
+}
+
+Feed::Feed(const GridGeometry& grid, const Inflow& inflow, GlobalIndex first_id, double end_time)
+    : inflow_(inflow), entered_(inflow, end_time), first_id_(first_id) {
+  const double dx = grid.cell_size, spacing = dx / lattice_width(inflow.particles_per_cell);
+  length_ = (grid.order == SplineOrder::quadratic ? 3.0 : 4.0) * dx;
+  layer_ = spacing * inflow.volume_ratio;
+  path_per_volume_ = inflow.volume_ratio / area(inflow.section);
+  axis_ = inflow.direction.normalized();
+  Vec3 side = inflow.side;
+  if (side.isZero(0.0)) side = std::abs(axis_[0]) < 0.9 ? Vec3::UnitX() : Vec3::UnitY();
+  first_ = (side - side.dot(axis_) * axis_).normalized();
+  second_ = axis_.cross(first_);
+
+  Vec3 sides;
+  if (const auto* disc = std::get_if<DiscSection>(&inflow.section))
+    sides = Vec3(2.0 * disc->radius, 2.0 * disc->radius, 0.0);
+  else
+    sides = Vec3(std::get<RectangleSection>(inflow.section).width, std::get<RectangleSection>(inflow.section).height, 0.0);
+  radius_ = std::holds_alternative<DiscSection>(inflow.section) ? 0.5 * sides[0] : 0.5 * sides.norm();
+  const double rows = std::ceil(sides[0] / spacing - 1e-9), columns = std::ceil(sides[1] / spacing - 1e-9);
+  if (rows * columns > static_cast<double>(ids_per_layer))
+    throw UsageError(fmt::format("has a section of {:.0f} x {:.0f} particles; it may have {}", rows, columns, ids_per_layer));
+  place_of_number_.assign(static_cast<std::size_t>(rows * columns), -1);
+  for (GlobalIndex number = 0; number < static_cast<GlobalIndex>(place_of_number_.size()); ++number) {
+    const auto n_columns = static_cast<GlobalIndex>(columns);
+    const double a = (static_cast<double>(number / n_columns) - 0.5 * (rows - 1.0)) * spacing;
+    const double b = (static_cast<double>(number % n_columns) - 0.5 * (columns - 1.0)) * spacing;
+    if (signed_distance(inflow.section, a, b) > 0.0) continue;
+    place_of_number_[static_cast<std::size_t>(number)] = static_cast<LocalIndex>(points_.size());
+    points_.push_back({a * first_ + b * second_, number});
+  }
+  if (points_.size() < 4)
+    throw UsageError(fmt::format("has a section of {} particles; it needs at least 4: make it larger, the cells of {:g} m "
+                                 "smaller, or particles_per_cell greater than {}",
+                                 points_.size(), dx, inflow.particles_per_cell));
+  particle_volume_ = area(inflow.section) * spacing / static_cast<double>(points_.size());
+}
+
+NozzleState Feed::at(double time) const {
+  NozzleState state{inflow_.position.value_or(Vec3::Zero()), Vec3::Zero(),     Vec3::Zero(), Mat3::Identity(),
+                    axis_,            0.0,              0.0};
+  state.path = path_per_volume_ * entered_.volume(time);
+  state.speed = path_per_volume_ * entered_.rate(time);
+  if (!inflow_.key_frames.empty()) {
+    for (int a = 0; a < 3; ++a) {
+      const Value value = value_at(inflow_.key_frames, time, a);
+      state.position[a] = value.value;
+      state.velocity[a] = value.rate;
+    }
+  } else if (inflow_.motion.moves()) {
+    const Pose pose = inflow_.motion.pose(time);
+    const RigidVelocity velocity = inflow_.motion.velocity_at(time);
+    state.position = pose.to_world(*inflow_.position);
+    state.velocity = velocity.at(state.position);
+    state.spin = velocity.angular_velocity;
+    state.rotation = pose.rotation;
+    state.axis = pose.rotation * axis_;
+  }
+  return state;
+}
+
+// The largest k with (k - 1/2) layer < path: never fewer for a longer path, whatever rounding does.
+GlobalIndex Feed::layers_within(double path) const {
+  auto k = static_cast<GlobalIndex>(std::max(0.0, std::floor(path / layer_ + 0.5)));
+  const auto is_within = [&](GlobalIndex n) { return (static_cast<double>(n) - 0.5) * layer_ < path; };
+  while (is_within(k + 1)) ++k;
+  while (k > 0 && !is_within(k)) --k;
+  return k;
+}
+
+GlobalIndex Feed::n_born(double time) const {
+  if (time < start()) return 0;
+  return layers_within(path_per_volume_ * entered_.volume(time) + (time < end() ? length_ : 0.0));
+}
+
+GlobalIndex Feed::n_released(double time) const {
+  return time < start() ? 0 : layers_within(path_per_volume_ * entered_.volume(time));
+}
+
+const Feed::Point& Feed::point_of(GlobalIndex id) const {
+  const auto number = static_cast<std::size_t>((id - first_id_) % ids_per_layer);
+  return points_[static_cast<std::size_t>(place_of_number_[number])];
+}
+
+bool Feed::holds(const NozzleState& nozzle, const Vec3& point, double margin, double from) const {
+  const Vec3 arm = point - nozzle.position;
+  const double along = arm.dot(nozzle.axis);
+  if (along > 0.0 || along <= from) return false;
+  const Vec3 local = nozzle.rotation.transpose() * arm;
+  return signed_distance(inflow_.section, local.dot(first_), local.dot(second_)) <= margin;
+}
+
+double Feed::speed_bound(double first, double last) const {
+  double fastest = 0.0;
+  if (!inflow_.key_frames.empty())
+    for_each_segment(inflow_.key_frames, first, last, [&](std::size_t k) {
+      Vec3 largest;
+      for (int a = 0; a < 3; ++a) largest[a] = segment(inflow_.key_frames, k, a).largest_rate();
+      fastest = std::max(fastest, largest.norm());
+    });
+  else if (inflow_.motion.moves())
+    fastest = inflow_.motion.speed_bound(first, last,
+                                         (*inflow_.position - inflow_.motion.center).norm() + radius_ + 2.0 * length_);
+  return fastest + path_per_volume_ * entered_.largest_rate(first, last);
+}
+
+std::vector<Feed> feeds_of(const GridGeometry& grid, const std::vector<Inflow>& inflows, std::size_t n_bodies,
+                           double end_time) {
+  constexpr GlobalIndex largest = std::numeric_limits<GlobalIndex>::max();
+  const double n_cells = 1.0 * grid.n_cells[0] * grid.n_cells[1] * grid.n_cells[2];
+  const double end_of_ids = 64.0 * n_cells * static_cast<double>(n_bodies) +
+                            static_cast<double>(Feed::ids_per_inflow) * static_cast<double>(inflows.size());
+  if (!inflows.empty() && end_of_ids >= static_cast<double>(largest))
+    throw UsageError(fmt::format("{} inflows, {} bodies and {:g} cells need more particle ids than 2^63", inflows.size(),
+                                 n_bodies, n_cells));
+  const GlobalIndex base = static_cast<GlobalIndex>(64.0 * n_cells * static_cast<double>(n_bodies));
+  std::vector<Feed> feeds;
+  for (std::size_t i = 0; i < inflows.size(); ++i) try {
+      feeds.emplace_back(grid, inflows[i], base + static_cast<GlobalIndex>(i) * Feed::ids_per_inflow, end_time);
+    } catch (const UsageError& error) {
+      throw UsageError(fmt::format("{}{}inflow '{}' {}", inflows[i].place, inflows[i].place.empty() ? "" : ": ",
+                                   inflows[i].name, error.what()));
+    }
+  return feeds;
+}
+
+}  // namespace bulkley

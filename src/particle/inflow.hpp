@@ -1,0 +1,174 @@
+#pragma once
+// Material that enters through a nozzle: an entry of [[inflows]] (docs/theory.md, "Inflow").
+//
+// Layers of particles are born behind the exit, move with the nozzle by formula and become ordinary particles once they have
+// passed the exit. Which layers there are, and where, follows from the time alone: from the volume e(t) that has entered.
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "config/formula.hpp"
+#include "geometry/rigid_motion.hpp"
+#include "grid/grid_geometry.hpp"
+
+namespace bulkley {
+
+struct DiscSection {
+  double radius;  ///< m
+};
+/// Sides along `side` of the inflow and across both it and the direction.
+struct RectangleSection {
+  double width, height;  ///< m
+};
+using Section = std::variant<DiscSection, RectangleSection>;
+
+double area(const Section& section);  ///< m^2
+/// Signed distance from the point (a, b) of the exit plane, m, to the section's edge, negative inside.
+double signed_distance(const Section& section, double a, double b);
+
+/// A number, or a formula of the time t in s where `text` is not empty.
+struct TimeFormula {
+  double number = 0.0;
+  std::string text;
+};
+
+/// Where the nozzle is and what has entered by then.
+struct FeedFrame {
+  double time = 0.0;              ///< s
+  Vec3 position = Vec3::Zero();   ///< m, of the exit's centre
+  double volume = 0.0;            ///< m^3, since the first key frame
+};
+
+/// What a scene says of one inflow.
+struct Inflow {
+  std::string name;
+  std::string material;            ///< name of an entry of [materials]
+  std::uint8_t material_index = 0;
+  double density = 0.0;            ///< kg/m^3, of the material
+  Section section = DiscSection{0.0};
+  std::optional<Vec3> position;    ///< m, of the exit's centre, at t = 0 where the inflow moves; none with key frames
+  Vec3 direction{0.0, 0.0, -1.0};  ///< of the flow, any length
+  Vec3 side = Vec3::Zero();        ///< of a rectangle's width; zero: chosen
+  std::optional<TimeFormula> flow_rate;  ///< m^3/s
+  std::optional<TimeFormula> speed;      ///< m/s
+  std::vector<FeedFrame> key_frames;     ///< instead of position and rate, in the order of time
+  std::string key_frames_file;           ///< CSV of key frames, by the root
+  double start = 0.0;                    ///< s
+  std::optional<double> end;             ///< s, or that of the run
+  double pressure = 0.0;                 ///< Pa, at which the material enters
+  double volume_ratio = 1.0;             ///< J of the feed, from the pressure
+  int particles_per_cell = 8;
+  std::optional<std::string> moves_with;  ///< name of the collider whose motion it shares
+  RigidMotion motion{};                   ///< that of the collider
+  std::string place;                      ///< "file:line:column"
+};
+
+/// How the nozzle moves: a point x of it has the velocity `velocity` + `spin` x (x - position), the feed `speed` along `axis` more.
+struct NozzleState {
+  Vec3 position, velocity, spin;
+  Mat3 rotation;
+  Vec3 axis;     ///< unit, of the flow
+  double path;   ///< m, by which the feed has advanced since the start
+  double speed;  ///< m/s, d path / dt
+};
+
+/// The volume that has entered, e(t): closed forms of numbers and key frames, panels of fixed length for formulas. Nothing depends
+/// on the time step.
+class EnteredVolume {
+ public:
+  /// Throws UsageError with the reason where a formula is negative or has no value. `end_time`: of the run, s.
+  EnteredVolume(const Inflow& inflow, double end_time);
+
+  double start() const { return start_; }
+  double end() const { return end_; }
+  double volume(double time) const;  ///< m^3
+  double rate(double time) const;    ///< m^3/s
+  double largest_rate(double first, double last) const;
+
+ private:
+  std::size_t panel_of(double time) const;
+  double integral(double from, double to) const;
+
+  double start_, end_, constant_ = 0.0;
+  double factor_ = 1.0;  ///< of the formula: the section's area for a speed
+  std::shared_ptr<Formula> formula_;
+  std::vector<double> panel_volume_, panel_largest_;  ///< until the panel's begin; m^3/s within it
+  double panel_length_ = 0.0;
+  std::vector<FeedFrame> frames_;
+};
+
+/// One inflow with all that follows from it. Not collective, as all here.
+class Feed {
+ public:
+  /// `first_id`: of its particles. Throws UsageError with the reason, without the inflow's name.
+  Feed(const GridGeometry& grid, const Inflow& inflow, GlobalIndex first_id, double end_time);
+
+  /// A place in each layer.
+  struct Point {
+    Vec3 offset;         ///< m, from the exit's centre at t = 0
+    GlobalIndex number;  ///< in row order over the section's box
+  };
+
+  const Inflow& inflow() const { return inflow_; }
+  const std::vector<Point>& points() const { return points_; }
+  double start() const { return entered_.start(); }
+  double end() const { return entered_.end(); }
+  double length() const { return length_; }  ///< m, of the feed behind the exit
+  double layer_height() const { return layer_; }  ///< m
+  double particle_volume() const { return particle_volume_; }  ///< m^3, reference volume
+  double entered_volume(double time) const { return entered_.volume(time); }
+  bool runs(double time) const { return time >= start() && time < end(); }
+
+  NozzleState at(double time) const;
+  /// Distance of layer k past the exit, m.
+  double distance(const NozzleState& nozzle, GlobalIndex k) const {
+    return nozzle.path - (static_cast<double>(k) - 0.5) * layer_;
+  }
+  /// Layers 1 to that have been born, or have passed the exit, by `time`.
+  GlobalIndex n_born(double time) const;
+  GlobalIndex n_released(double time) const;
+
+  bool owns(GlobalIndex id) const { return id >= first_id_ && id < first_id_ + ids_per_inflow; }
+  GlobalIndex layer_of(GlobalIndex id) const { return (id - first_id_) / ids_per_layer; }
+  GlobalIndex id_of(GlobalIndex layer, const Point& point) const {
+    return first_id_ + layer * ids_per_layer + point.number;
+  }
+  /// The point of a particle's layer. Precondition: owns(id).
+  const Point& point_of(GlobalIndex id) const;
+
+  Vec3 position(const NozzleState& nozzle, GlobalIndex k, const Point& point) const {
+    return nozzle.position + nozzle.rotation * point.offset + distance(nozzle, k) * nozzle.axis;
+  }
+  Vec3 velocity(const NozzleState& nozzle, const Vec3& position) const {
+    return nozzle.velocity + nozzle.spin.cross(position - nozzle.position) + nozzle.speed * nozzle.axis;
+  }
+  /// Whether a point is in the nozzle, widened by `margin`, between `from` and 0 past the exit, m.
+  bool holds(const NozzleState& nozzle, const Vec3& point, double margin, double from) const;
+
+  /// Speed that no point of the feed exceeds between two times, m/s.
+  double speed_bound(double first, double last) const;
+
+  static constexpr GlobalIndex ids_per_layer = GlobalIndex{1} << 16;
+  static constexpr GlobalIndex ids_per_inflow = GlobalIndex{1} << 56;
+
+ private:
+  GlobalIndex layers_within(double path) const;
+
+  Inflow inflow_;
+  EnteredVolume entered_;
+  GlobalIndex first_id_;
+  Vec3 axis_, first_, second_;  ///< at t = 0: of the flow, of the section
+  double radius_ = 0.0;         ///< m, of the circle about the section
+  double length_, layer_, path_per_volume_, particle_volume_;
+  std::vector<Point> points_;
+  std::vector<LocalIndex> place_of_number_;
+};
+
+/// The feeds of a scene. `n_bodies`: whose ids come first. Throws UsageError, one sentence.
+std::vector<Feed> feeds_of(const GridGeometry& grid, const std::vector<Inflow>& inflows, std::size_t n_bodies,
+                           double end_time);
+
+}  // namespace bulkley
