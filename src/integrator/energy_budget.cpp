@@ -69,7 +69,8 @@ EnergyAccount energy_account(const EnergyTotals& totals, const EnergyStart& star
     account.contact_loss.push_back(totals.contact_work[k] - totals.contact_energy[k]);
   }
   // The kinetic energy of the particles, against what all stages did to it.
-  account.residual = account.kinetic + totals.removed_kinetic + totals.to_grid + totals.from_grid - totals.kicks - contact - fed;
+  account.residual =
+      account.kinetic + totals.removed_kinetic + totals.to_grid + totals.from_grid - totals.kicks - contact - fed;
   return account;
 }
 

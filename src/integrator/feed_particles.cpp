@@ -14,7 +14,7 @@ namespace bulkley {
 
 namespace {
 
-constexpr double reach = 0.75;       // of a cell, across the section, as for sticky colliders
+constexpr double reach = 0.75;        // of a cell, across the section, as for sticky colliders
 constexpr double reach_behind = 1.5;  // cells behind the feed: the stencils of its last particles
 
 Mat3 cross_matrix(const Vec3& w) {
@@ -120,8 +120,8 @@ void FeedParticles::begin(double time, double end, const ContactImpulses& none) 
   left_.clear();
   for (const Feed& feed : physics_.feeds) {
     const bool runs = feed.runs(time);
-    now_.push_back({feed.at(end), runs, runs && end >= feed.end(),
-                    feed.n_released(time), feed.n_born(time), feed.n_born(end), feed.n_released(end)});
+    now_.push_back({feed.at(end), runs, runs && end >= feed.end(), feed.n_released(time), feed.n_born(time),
+                    feed.n_born(end), feed.n_released(end)});
   }
 }
 
@@ -143,9 +143,8 @@ void FeedParticles::hold(std::size_t f, LocalIndex p, ParticleSet& particles, St
   set_gradient(particles, Field::affine_velocity, p, spin);
   if (particles.has(Field::velocity_gradient)) set_gradient(particles, Field::velocity_gradient, p, Mat3::Zero());
   budget_.add_carried(f, budget_.energies_of(particles, p).kinetic - before.kinetic);
-  const double spun = physics_.transfer.affine()
-                          ? spin.norm() * moment_sum_ratio(physics_.grid.order) * physics_.grid.cell_size
-                          : 0.0;
+  const double spun =
+      physics_.transfer.affine() ? spin.norm() * moment_sum_ratio(physics_.grid.order) * physics_.grid.cell_size : 0.0;
   local.motion.speed.include(v.norm(), id);
   local.sums.momentum.include(mass * (v.norm() + spun));
   held_.push_back(p);

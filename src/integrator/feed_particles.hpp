@@ -50,9 +50,9 @@ class FeedParticles {
  private:
   /// A feed in the present step.
   struct Now {
-    NozzleState end;  ///< of the step
-    bool runs;        ///< at the start of the step
-    bool stops;       ///< before its end
+    NozzleState end;        ///< of the step
+    bool runs;              ///< at the start of the step
+    bool stops;             ///< before its end
     GlobalIndex released;   ///< layers at the start of the step
     GlobalIndex born;       ///< likewise
     GlobalIndex last_born;  ///< at the end of the step

@@ -12,9 +12,9 @@ namespace bulkley {
 
 /// What the caller wants of a step.
 struct StepRequest {
-  double time;                 ///< at the start of the step, s
-  double remaining;            ///< the step is no longer than that, s; > 0
-  std::int32_t from_rank = 0;  ///< merged over ranks (largest), it comes back as StepReport::bounds.requests.caller
+  double time;                      ///< at the start of the step, s
+  double remaining;                 ///< the step is no longer than that, s; > 0
+  std::int32_t from_rank = 0;       ///< merged over ranks (largest), it comes back as StepReport::bounds.requests.caller
   std::optional<double> landing{};  ///< s, the time of a step that takes all that remains, where the sum rounds to another
 };
 

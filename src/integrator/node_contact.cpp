@@ -12,8 +12,8 @@ ContactImpulses no_contact_impulses(const Physics& physics) {
   double density = 1e-300;  // a run without materials has nothing to sum
   for (const NamedMaterial& named : physics.materials)
     density = std::max(density, std::visit([](const auto& law) { return law.density(); }, named.material));
-  return {physics.n_obstacles() + n_gauge_entries(physics) + physics.feeds.size(), density * grid.cell_size * grid.cell_size * grid.cell_size,
-          (grid.upper() - grid.lower).maxCoeff()};
+  return {physics.n_obstacles() + n_gauge_entries(physics) + physics.feeds.size(),
+          density * grid.cell_size * grid.cell_size * grid.cell_size, (grid.upper() - grid.lower).maxCoeff()};
 }
 
 NodeContact::NodeContact(const Physics& physics, const Comm& comm)

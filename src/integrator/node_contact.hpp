@@ -73,8 +73,8 @@ class NodeContact {
   GaugeContact gauges_;
   std::optional<RigidContact> rigid_;  ///< only where there are rigid bodies
   ContactImpulses rigid_received_;     ///< of no use: the bodies' own sums have it
-  std::vector<Int3> positions_;         ///< of active nodes, only with feeds
-  std::vector<LocalIndex> places_;      ///< likewise
+  std::vector<Int3> positions_;        ///< of active nodes, only with feeds
+  std::vector<LocalIndex> places_;     ///< likewise
 };
 
 }  // namespace bulkley

@@ -46,8 +46,7 @@ std::string key_frames_fault(const std::vector<FeedFrame>& frames) {
                          frames[k].volume, k + 1, frames[k - 1].volume);
   }
   if (frames.front().time < 0.0) return fmt::format("begins at t = {:g}; it must begin at 0 or later", frames.front().time);
-  if (frames.front().volume != 0.0)
-    return fmt::format("begins with e = {:g}; it must begin with 0", frames.front().volume);
+  if (frames.front().volume != 0.0) return fmt::format("begins with e = {:g}; it must begin with 0", frames.front().volume);
   return {};
 }
 

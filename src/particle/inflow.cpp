@@ -88,7 +88,7 @@ double signed_distance(const Section& section, double a, double b) {
 }
 
 EnteredVolume::EnteredVolume(const Inflow& inflow, double end_time)
-    : start_(inflow.start), end_(inflow.end.value_or(std::max(end_time, inflow.start))), frames_(inflow.key_frames) {
+    : start_(inflow.start), end_(inflow.end.value_or(std::numeric_limits<double>::infinity())), frames_(inflow.key_frames) {
   if (!frames_.empty()) {
     start_ = frames_.front().time;
     end_ = frames_.back().time;
@@ -97,13 +97,14 @@ EnteredVolume::EnteredVolume(const Inflow& inflow, double end_time)
   const TimeFormula& rate = inflow.flow_rate ? *inflow.flow_rate : inflow.speed.value();
   if (!inflow.flow_rate) factor_ = area(inflow.section);
   constant_ = factor_ * rate.number;
-  if (rate.text.empty() || !(end_ > start_)) return;
+  const double last = std::isfinite(end_) ? end_ : end_time;  // of the panels
+  if (rate.text.empty() || !(last > start_)) return;
   formula_ = std::make_shared<Formula>(rate.text, std::vector<std::string>{"t"});
-  const double n_panels = std::max(fewest_panels, std::ceil((end_ - start_) / longest_panel));
+  const double n_panels = std::max(fewest_panels, std::ceil((last - start_) / longest_panel));
   if (n_panels > most_panels)
-    throw UsageError(fmt::format("lasts {:g} s; a rate by formula may last {:g} s", end_ - start_,
-                                 most_panels * longest_panel));
-  panel_length_ = (end_ - start_) / n_panels;
+    throw UsageError(
+        fmt::format("lasts {:g} s; a rate by formula may last {:g} s", last - start_, most_panels * longest_panel));
+  panel_length_ = (last - start_) / n_panels;
   panel_volume_.push_back(0.0);
   for (std::size_t n = 0; n < static_cast<std::size_t>(n_panels); ++n) {
     const double begin = start_ + static_cast<double>(n) * panel_length_;
@@ -182,7 +183,8 @@ Feed::Feed(const GridGeometry& grid, const Inflow& inflow, GlobalIndex first_id,
   radius_ = std::holds_alternative<DiscSection>(inflow.section) ? 0.5 * sides[0] : 0.5 * sides.norm();
   const double rows = std::ceil(sides[0] / spacing - 1e-9), columns = std::ceil(sides[1] / spacing - 1e-9);
   if (rows * columns > static_cast<double>(ids_per_layer))
-    throw UsageError(fmt::format("has a section of {:.0f} x {:.0f} particles; it may have {}", rows, columns, ids_per_layer));
+    throw UsageError(
+        fmt::format("has a section of {:.0f} x {:.0f} particles; it may have {}", rows, columns, ids_per_layer));
   place_of_number_.assign(static_cast<std::size_t>(rows * columns), -1);
   for (GlobalIndex number = 0; number < static_cast<GlobalIndex>(place_of_number_.size()); ++number) {
     const auto n_columns = static_cast<GlobalIndex>(columns);
@@ -193,15 +195,15 @@ Feed::Feed(const GridGeometry& grid, const Inflow& inflow, GlobalIndex first_id,
     points_.push_back({a * first_ + b * second_, number});
   }
   if (points_.size() < 4)
-    throw UsageError(fmt::format("has a section of {} particles; it needs at least 4: make it larger, the cells of {:g} m "
-                                 "smaller, or particles_per_cell greater than {}",
-                                 points_.size(), dx, inflow.particles_per_cell));
+    throw UsageError(
+        fmt::format("has a section of {} particles; it needs at least 4: make it larger, the cells of {:g} m "
+                    "smaller, or particles_per_cell greater than {}",
+                    points_.size(), dx, inflow.particles_per_cell));
   particle_volume_ = area(inflow.section) * spacing / static_cast<double>(points_.size());
 }
 
 NozzleState Feed::at(double time) const {
-  NozzleState state{inflow_.position.value_or(Vec3::Zero()), Vec3::Zero(),     Vec3::Zero(), Mat3::Identity(),
-                    axis_,            0.0,              0.0};
+  NozzleState state{inflow_.position.value_or(Vec3::Zero()), Vec3::Zero(), Vec3::Zero(), Mat3::Identity(), axis_, 0.0, 0.0};
   state.path = path_per_volume_ * entered_.volume(time);
   state.speed = path_per_volume_ * entered_.rate(time);
   if (!inflow_.key_frames.empty()) {

@@ -37,27 +37,27 @@ struct TimeFormula {
 
 /// Where the nozzle is and what has entered by then.
 struct FeedFrame {
-  double time = 0.0;              ///< s
-  Vec3 position = Vec3::Zero();   ///< m, of the exit's centre
-  double volume = 0.0;            ///< m^3, since the first key frame
+  double time = 0.0;             ///< s
+  Vec3 position = Vec3::Zero();  ///< m, of the exit's centre
+  double volume = 0.0;           ///< m^3, since the first key frame
 };
 
 /// What a scene says of one inflow.
 struct Inflow {
   std::string name;
-  std::string material;            ///< name of an entry of [materials]
+  std::string material;  ///< name of an entry of [materials]
   std::uint8_t material_index = 0;
-  double density = 0.0;            ///< kg/m^3, of the material
+  double density = 0.0;  ///< kg/m^3, of the material
   Section section = DiscSection{0.0};
-  std::optional<Vec3> position;    ///< m, of the exit's centre, at t = 0 where the inflow moves; none with key frames
-  Vec3 direction{0.0, 0.0, -1.0};  ///< of the flow, any length
-  Vec3 side = Vec3::Zero();        ///< of a rectangle's width; zero: chosen
+  std::optional<Vec3> position;          ///< m, of the exit's centre, at t = 0 where the inflow moves; none with key frames
+  Vec3 direction{0.0, 0.0, -1.0};        ///< of the flow, any length
+  Vec3 side = Vec3::Zero();              ///< of a rectangle's width; zero: chosen
   std::optional<TimeFormula> flow_rate;  ///< m^3/s
   std::optional<TimeFormula> speed;      ///< m/s
   std::vector<FeedFrame> key_frames;     ///< instead of position and rate, in the order of time
   std::string key_frames_file;           ///< CSV of key frames, by the root
   double start = 0.0;                    ///< s
-  std::optional<double> end;             ///< s, or that of the run
+  std::optional<double> end;             ///< s; none: it does not end
   double pressure = 0.0;                 ///< Pa, at which the material enters
   double volume_ratio = 1.0;             ///< J of the feed, from the pressure
   int particles_per_cell = 8;
@@ -92,8 +92,9 @@ class EnteredVolume {
   std::size_t panel_of(double time) const;
   double integral(double from, double to) const;
 
-  double start_, end_, constant_ = 0.0;
-  double factor_ = 1.0;  ///< of the formula: the section's area for a speed
+  double start_, end_;     ///< s; endless where the scene gives no end
+  double constant_ = 0.0;  ///< m^3/s, of a number
+  double factor_ = 1.0;    ///< of the formula: the section's area for a speed
   std::shared_ptr<Formula> formula_;
   std::vector<double> panel_volume_, panel_largest_;  ///< until the panel's begin; m^3/s within it
   double panel_length_ = 0.0;
@@ -116,8 +117,8 @@ class Feed {
   const std::vector<Point>& points() const { return points_; }
   double start() const { return entered_.start(); }
   double end() const { return entered_.end(); }
-  double length() const { return length_; }  ///< m, of the feed behind the exit
-  double layer_height() const { return layer_; }  ///< m
+  double length() const { return length_; }                    ///< m, of the feed behind the exit
+  double layer_height() const { return layer_; }               ///< m
   double particle_volume() const { return particle_volume_; }  ///< m^3, reference volume
   double entered_volume(double time) const { return entered_.volume(time); }
   bool runs(double time) const { return time >= start() && time < end(); }
@@ -133,9 +134,7 @@ class Feed {
 
   bool owns(GlobalIndex id) const { return id >= first_id_ && id < first_id_ + ids_per_inflow; }
   GlobalIndex layer_of(GlobalIndex id) const { return (id - first_id_) / ids_per_layer; }
-  GlobalIndex id_of(GlobalIndex layer, const Point& point) const {
-    return first_id_ + layer * ids_per_layer + point.number;
-  }
+  GlobalIndex id_of(GlobalIndex layer, const Point& point) const { return first_id_ + layer * ids_per_layer + point.number; }
   /// The point of a particle's layer. Precondition: owns(id).
   const Point& point_of(GlobalIndex id) const;
 

@@ -196,7 +196,8 @@ void check_inflows(const Scene& scene) {
     const bool moves = !inflow.key_frames.empty() || inflow.motion.moves();
     const int n_times = moves ? 1000 : 0;
     for (int n = 0; n <= n_times; ++n) {
-      const double time = feed.start() + (feed.end() - feed.start()) * n / std::max(n_times, 1);
+      const double end = std::min(feed.end(), scene.time_stepping.end_time);
+      const double time = feed.start() + std::max(0.0, end - feed.start()) * n / std::max(n_times, 1);
       const NozzleState nozzle = feed.at(time);
       std::string fault;
       for (const Feed::Point& point : feed.points())

@@ -21,8 +21,7 @@ using config::Keys;
 using config::Value;
 
 const config::Choice<Section>& section_types() {
-  static const auto choice =
-      config::Choice<Section>("type").add<DiscSection>("disc").add<RectangleSection>("rectangle");
+  static const auto choice = config::Choice<Section>("type").add<DiscSection>("disc").add<RectangleSection>("rectangle");
   return choice;
 }
 
@@ -41,14 +40,16 @@ void check_inflow(const Value& table, Inflow& inflow, Faults& faults) {
   const bool by_frames = table.find("key_frames") || !inflow.key_frames_file.empty();
   for (const char* key : {"position", "end", "moves_with"})
     if (by_frames && table.find(key))
-      faults.add(table.find(key)->place, fmt::format("'{}.{}' is not for an inflow with key frames, which say it", table.path, key));
+      faults.add(table.find(key)->place,
+                 fmt::format("'{}.{}' is not for an inflow with key frames, which say it", table.path, key));
   if (!by_frames && !table.find("position"))
     faults.add(table.place, fmt::format("'{}' lacks the key 'position'", table.path));
   if (const Value* frames = table.find("key_frames"))
     if (const std::string fault = key_frames_fault(inflow.key_frames); !fault.empty())
       faults.add(frames->place, fmt::format("'{}' {}", frames->path, fault));
   if (!(inflow.direction.norm() > 0.0))
-    faults.add(table.find("direction")->place, fmt::format("'{}.direction' has no length; it must not be [0, 0, 0]", table.path));
+    faults.add(table.find("direction")->place,
+               fmt::format("'{}.direction' has no length; it must not be [0, 0, 0]", table.path));
   else if (!inflow.side.isZero(0.0) &&
            !(inflow.side.cross(inflow.direction).norm() > 1e-9 * inflow.side.norm() * inflow.direction.norm()))
     faults.add(table.find("side")->place, fmt::format("'{}.side' must not be along 'direction'", table.path));
@@ -88,8 +89,8 @@ void assign_material(const Value& table, const Scene& scene, Inflow& inflow, Fau
 }  // namespace
 
 const Keys<DiscSection>& keys(config::Of<DiscSection>) {
-  static const auto table = Keys<DiscSection>("A disc about the axis.", {0.0})
-                                .key("radius", &DiscSection::radius, length_rule("Radius."));
+  static const auto table =
+      Keys<DiscSection>("A disc about the axis.", {0.0}).key("radius", &DiscSection::radius, length_rule("Radius."));
   return table;
 }
 
@@ -103,9 +104,11 @@ const Keys<RectangleSection>& keys(config::Of<RectangleSection>) {
 const Keys<Inflow>& keys(config::Of<Inflow>) {
   static const auto table =
       Keys<Inflow>(
-          "A nozzle from which material enters. Its last three cells before the exit are full of particles that move with it, so there "
+          "A nozzle from which material enters. Its last three cells before the exit are full of particles that move with "
+          "it, so there "
           "must be room for them in the domain. history.csv counts what has entered.")
-          .key("name", &Inflow::name, {.about = "Name in messages and columns; different for each inflow.", .required = true})
+          .key("name", &Inflow::name,
+               {.about = "Name in messages and columns; different for each inflow.", .required = true})
           .key("material", &Inflow::material, {.about = "Name of an entry of [materials].", .required = true})
           .key("section", &Inflow::section, {.about = "Cross-section of the nozzle.", .required = true})
           .key("position", &Inflow::position,
@@ -121,13 +124,14 @@ const Keys<Inflow>& keys(config::Of<Inflow>) {
           .key("speed", &Inflow::speed,
                {.about = "Speed of the material in the exit, >= 0.", .unit = "m/s", .default_text = "none"})
           .key("key_frames", &Inflow::key_frames,
-               {.about = "Instead of `position` and a rate: where the exit is and the volume that has entered by then, in s, m and "
+               {.about = "Instead of `position` and a rate: where the exit is and the volume that has entered by then, in "
+                         "s, m and "
                          "m^3, with smooth curves between.",
                 .default_text = "none"})
           .key("key_frames_file", &Inflow::key_frames_file,
                {.about = "The same as a CSV file with the columns t, x, y, z, e.", .default_text = "none"})
           .key("start", &Inflow::start, {.about = "When it begins.", .unit = "s", .range = config::at_least(0.0)})
-          .key("end", &Inflow::end, {.about = "When it ends.", .unit = "s", .default_text = "`time.end`"})
+          .key("end", &Inflow::end, {.about = "When it ends.", .unit = "s", .default_text = "never"})
           .key("pressure", &Inflow::pressure,
                {.about = "Pressure at which the material enters; 0: free of stress.",
                 .unit = "Pa",
@@ -151,9 +155,11 @@ void join_inflows(const Value& root, Scene& scene, Faults& faults) {
     Inflow& inflow = scene.inflows[i];
     const Value& table = list->items[i];
     assign_material(table, scene, inflow, faults);
-    for (const TimeFormula* rate : {inflow.flow_rate ? &*inflow.flow_rate : nullptr, inflow.speed ? &*inflow.speed : nullptr})
+    for (const TimeFormula* rate :
+         {inflow.flow_rate ? &*inflow.flow_rate : nullptr, inflow.speed ? &*inflow.speed : nullptr})
       if (rate && rate->text.empty() && rate->number < 0.0)
-        faults.add(table.place, fmt::format("inflow '{}' has the rate {:g}; it must be a number >= 0", inflow.name, rate->number));
+        faults.add(table.place,
+                   fmt::format("inflow '{}' has the rate {:g}; it must be a number >= 0", inflow.name, rate->number));
     if (!inflow.moves_with) continue;
     const auto found = std::find(names.begin(), names.end(), *inflow.moves_with);
     if (found == names.end())

@@ -160,7 +160,8 @@ const config::Keys<Scene>& scene_keys() {
           .key("transfer", &Scene::transfer, {.about = "Particle-grid transfer."})
           .key("materials", &Scene::materials, {.about = "Materials by name.", .required = true})
           .key("magnetics", &Scene::magnetics, {.about = "Magnetic fields.", .default_text = "none"})
-          .key("bodies", &Scene::bodies, {.about = "Pieces of material at the start; at least one, or an inflow.", .default_text = "none"})
+          .key("bodies", &Scene::bodies,
+               {.about = "Pieces of material at the start; at least one, or an inflow.", .default_text = "none"})
           .key("inflows", &Scene::inflows, {.about = "Nozzles from which material enters.", .default_text = "none"})
           .key("colliders", &Scene::colliders, {.about = "Rigid obstacles, fixed or moving.", .default_text = "none"})
           .key("rigid_bodies", &Scene::rigid_bodies, {.about = "Free rigid bodies.", .default_text = "none"})

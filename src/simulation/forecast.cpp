@@ -9,6 +9,7 @@
 #include <set>
 
 #include "balance/traffic.hpp"
+#include "integrator/feed_particles.hpp"
 #include "io/checkpoint/checkpoint.hpp"
 #include "io/frames/frame.hpp"
 #include "rebalance/share.hpp"
@@ -141,7 +142,14 @@ Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks) {
   for (const NamedMaterial& material : scene.materials)
     if (!material.caveat.empty()) f.warnings.push_back(fmt::format("material '{}': {}", material.name, material.caveat));
   const TileCensus census = gather_census(comm, seeded_census(comm, scene));  // the root's; empty elsewhere
-  f.n_particles = census.n_particles();
+  const Physics physics = physics_of(scene);
+  include_feeds(physics, 0.0, start);
+  GlobalIndex n_fed = 0;
+  const double end_time = scene.time_stepping.end_time;
+  for (const Feed& feed : physics.feeds) {
+    n_fed += feed.n_born(end_time) * static_cast<GlobalIndex>(feed.points().size());
+    start.motion.speed.include(feed.speed_bound(0.0, end_time), -1);
+  }
   std::vector<GlobalIndex> share;
   std::vector<double> bytes{0.0};
   root_guard(comm, [&] {
@@ -158,6 +166,11 @@ Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks) {
     f.imbalance = imbalance(share);
     bytes = memory_estimates(scene, partition, traffic);
   });
+  // What enters, at the end of the run and evenly divided: its columns and work arrays.
+  const ParticleSet sample(optional_fields(scene));
+  for (double& rank : bytes)
+    rank += static_cast<double>(sample.bytes_per_particle() + 24) * static_cast<double>(n_fed) / n_ranks;
+  f.n_particles = census.n_particles() + n_fed;
   f.bytes_per_rank = *std::max_element(bytes.begin(), bytes.end());
   f.bytes_per_particle = std::accumulate(bytes.begin(), bytes.end(), 0.0) / static_cast<double>(f.n_particles);
 

@@ -10,8 +10,8 @@
 #include "geometry/builtin_mesh.hpp"
 #include "geometry/mesh_shape.hpp"
 #include "io/files/mesh_file.hpp"
-#include "particle/feed_frames.hpp"
 #include "parallel/gather.hpp"
+#include "particle/feed_frames.hpp"
 
 namespace bulkley {
 
@@ -58,10 +58,12 @@ void broadcast(const Comm& comm, ReadMesh& mesh) {
 std::vector<FeedFrame> read_key_frames(const Comm& comm, const Inflow& inflow) {
   std::vector<double> numbers;
   root_guard(comm, [&] {
-    const std::string owner = fmt::format("{}: inflow '{}': key_frames_file '{}' ", inflow.place, inflow.name, inflow.key_frames_file);
+    const std::string owner =
+        fmt::format("{}: inflow '{}': key_frames_file '{}' ", inflow.place, inflow.name, inflow.key_frames_file);
     std::error_code ignored;
     std::ifstream stream(inflow.key_frames_file);
-    if (std::filesystem::is_directory(inflow.key_frames_file, ignored) || !stream) throw UsageError(owner + "cannot be opened");
+    if (std::filesystem::is_directory(inflow.key_frames_file, ignored) || !stream)
+      throw UsageError(owner + "cannot be opened");
     std::ostringstream text;
     text << stream.rdbuf();
     std::vector<FeedFrame> frames;

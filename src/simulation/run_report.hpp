@@ -31,9 +31,9 @@ struct HaloTraffic {
 
 /// What an inflow has brought in.
 struct FedFigures {
-  double mass;                         ///< kg, density times the volume that has entered
-  double particle_mass;                ///< kg, of the particles that have passed the exit: the same within half a layer
-  GlobalIndex n_entered, n_in_feed;    ///< particles past the exit, and still behind it
+  double mass;                       ///< kg, density times the volume that has entered
+  double particle_mass;              ///< kg, of the particles that have passed the exit: the same within half a layer
+  GlobalIndex n_entered, n_in_feed;  ///< particles past the exit, and still behind it
 };
 
 /// In addition to Diagnostics.

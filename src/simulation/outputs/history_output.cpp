@@ -31,7 +31,8 @@ void HistoryOutput::write(Run& run) {
   RigidContact* const bodies = run.solver->rigid_bodies();
   const Measurements measured{thickness_decile(run.comm, run.scene.grid, run.scene.gravity, run.solver->particles(),
                                                diagnostics.lower, diagnostics.upper),
-                              reaches(run.comm, run.scene.output.fronts, run.solver->particles()), gauge_areas_,
+                              reaches(run.comm, run.scene.output.fronts, run.solver->particles()),
+                              gauge_areas_,
                               run.solver->force_history(),
                               bodies ? bodies->history() : std::vector<std::vector<double>>{},
                               fed_figures(run.solver->physics().feeds, state.time)};

@@ -1,0 +1,109 @@
+// Inflows: the volume that has entered, the lattice of a layer, births and releases, key frames.
+#include "particle/inflow.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+
+#include <cmath>
+#include <numbers>
+
+#include "bulkley/base/error.hpp"
+#include "particle/feed_frames.hpp"
+
+namespace bulkley {
+namespace {
+
+GridGeometry grid() {
+  GridGeometry g;
+  g.cell_size = 0.01;
+  g.n_cells = {20, 20, 20};
+  return g;
+}
+
+Inflow jet() {
+  Inflow inflow;
+  inflow.section = DiscSection{0.03};
+  inflow.position = Vec3(0.1, 0.1, 0.15);
+  inflow.speed = TimeFormula{0.5, ""};
+  inflow.density = 1000.0;
+  return inflow;
+}
+
+TEST(EnteredVolume, OfANumberIsExact) {
+  Inflow inflow = jet();
+  inflow.start = 1.0;
+  inflow.end = 3.0;
+  const EnteredVolume volume(inflow, 10.0);
+  const double rate = 0.5 * area(inflow.section);
+  EXPECT_EQ(volume.volume(0.5), 0.0);
+  EXPECT_DOUBLE_EQ(volume.volume(2.0), rate);
+  EXPECT_DOUBLE_EQ(volume.volume(9.0), 2.0 * rate);
+}
+
+TEST(EnteredVolume, OfAFormulaIsItsIntegral) {
+  Inflow inflow = jet();
+  inflow.speed.reset();
+  inflow.flow_rate = TimeFormula{0.0, "1e-3 * (1 + sin(20*t))"};
+  const EnteredVolume volume(inflow, 2.0);
+  for (const double t : {0.0, 0.00037, 0.5, 1.2345, 2.0})
+    EXPECT_NEAR(volume.volume(t), 1e-3 * (t + (1.0 - std::cos(20.0 * t)) / 20.0), 1e-15);
+  inflow.flow_rate = TimeFormula{0.0, "sin(20*t)"};
+  EXPECT_THROW(EnteredVolume(inflow, 2.0), UsageError);
+}
+
+TEST(EnteredVolume, OfKeyFramesRestsInPauses) {
+  Inflow inflow = jet();
+  inflow.key_frames = {{0.0, {0, 0, 0}, 0.0}, {1.0, {1, 0, 0}, 0.3}, {2.0, {1, 1, 0}, 0.3}, {3.0, {1, 1, 1}, 1.0}};
+  const EnteredVolume volume(inflow, 2.0);
+  EXPECT_EQ(volume.volume(1.0), 0.3);
+  for (double t = 1.0; t <= 2.0; t += 1.0 / 64) EXPECT_EQ(volume.volume(t), 0.3);
+  EXPECT_EQ(volume.volume(3.0), 1.0);
+  EXPECT_EQ(volume.rate(1.5), 0.0);
+}
+
+TEST(Feed, HasLayersOfTheRightVolume) {
+  const Feed feed(grid(), jet(), 0, 1.0);
+  const double n = static_cast<double>(feed.points().size());
+  EXPECT_DOUBLE_EQ(n * feed.particle_volume(), area(DiscSection{0.03}) * 0.005);
+  for (const Feed::Point& point : feed.points()) EXPECT_LE(point.offset.norm(), 0.03);
+  for (const double t : {0.0, 0.013, 0.1, 0.37}) {
+    const double entered = static_cast<double>(feed.n_released(t)) * n * feed.particle_volume();
+    EXPECT_LE(std::abs(entered - feed.entered_volume(t)), 0.5 * n * feed.particle_volume() * (1.0 + 1e-12));
+    EXPECT_EQ(feed.n_born(t) - feed.n_released(t), 6);  // three cells, two layers each
+  }
+}
+
+TEST(Feed, PlacesLayersByTimeAlone) {
+  const Feed feed(grid(), jet(), 7 * Feed::ids_per_inflow, 1.0);
+  const GlobalIndex id = feed.id_of(3, feed.points().back());
+  EXPECT_TRUE(feed.owns(id));
+  EXPECT_EQ(feed.layer_of(id), 3);
+  EXPECT_EQ(&feed.point_of(id), &feed.points().back());
+  const NozzleState nozzle = feed.at(0.1);
+  EXPECT_DOUBLE_EQ(feed.distance(nozzle, 3), 0.05 - 2.5 * 0.005);
+  EXPECT_DOUBLE_EQ(feed.position(nozzle, 3, feed.points().back())[2], 0.15 - 0.0375);
+  EXPECT_EQ(feed.velocity(nozzle, Vec3::Zero()), Vec3(0, 0, -0.5));
+}
+
+TEST(Feed, RefusesSectionsOfFewParticles) {
+  Inflow inflow = jet();
+  inflow.section = DiscSection{0.001};
+  EXPECT_THROW(Feed(grid(), inflow, 0, 1.0), UsageError);
+}
+
+TEST(KeyFrames, AreReadAndChecked) {
+  const auto frames = parse_key_frames("t,x,y,z,e\n# start\n0, 1, 2, 3, 0\n1.5,1,2,3,1e-6\n");
+  ASSERT_EQ(frames.size(), 2u);
+  EXPECT_EQ(frames[1].time, 1.5);
+  EXPECT_EQ(frames[1].volume, 1e-6);
+  EXPECT_EQ(frames[0].position, Vec3(1, 2, 3));
+  EXPECT_TRUE(key_frames_fault(frames).empty());
+  EXPECT_THROW(parse_key_frames("0,0,0,0,0\n1,2,3\n"), UsageError);
+  EXPECT_FALSE(key_frames_fault({frames[1], frames[0]}).empty());
+  EXPECT_FALSE(key_frames_fault({frames[0]}).empty());
+  EXPECT_FALSE(key_frames_fault({{0, Vec3::Zero(), 0}, {1, Vec3::Zero(), 2}, {2, Vec3::Zero(), 1}}).empty());
+}
+
+}  // namespace
+}  // namespace bulkley
