@@ -5,8 +5,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "base/monotone_cubic.hpp"
-
 namespace bulkley {
 
 namespace {
@@ -23,12 +21,40 @@ double secant(const std::vector<KeyFrame>& keys, std::size_t k, int c) {
   return (component(keys[k + 1], c) - component(keys[k], c)) / (keys[k + 1].time - keys[k].time);
 }
 
-/// Rate of change at key frame k: zero at the ends.
+/// Rate of change at key frame k: zero at the ends and where the direction changes, else the weighted harmonic mean of the
+/// secants, which keeps the cubic monotone.
 double slope(const std::vector<KeyFrame>& keys, std::size_t k, int c) {
   if (k == 0 || k + 1 == keys.size()) return 0.0;
   const double before = secant(keys, k - 1, c), after = secant(keys, k, c);
-  return monotone_slope(before, after, keys[k].time - keys[k - 1].time, keys[k + 1].time - keys[k].time);
+  if (before * after <= 0.0) return 0.0;
+  const double h_before = keys[k].time - keys[k - 1].time, h_after = keys[k + 1].time - keys[k].time;
+  const double w_before = h_before + 2.0 * h_after, w_after = 2.0 * h_before + h_after;
+  return (w_before + w_after) / (w_before / before + w_after / after);
 }
+
+/// One component and its rate within a segment: Hermite's cubic.
+struct Cubic {
+  double h, start, end, start_slope, end_slope;
+
+  double value(double s) const {
+    const double r = 1.0 - s;
+    return (1.0 + 2.0 * s) * r * r * start + s * r * r * h * start_slope + s * s * (3.0 - 2.0 * s) * end -
+           s * s * r * h * end_slope;
+  }
+  double rate(double s) const {
+    const double mean = (end - start) / h;
+    return 6.0 * s * (1.0 - s) * mean + (1.0 - s) * (1.0 - 3.0 * s) * start_slope + s * (3.0 * s - 2.0) * end_slope;
+  }
+  /// Largest |rate| in the segment: at an end or where the quadratic turns.
+  double largest_rate() const {
+    const double mean = (end - start) / h;
+    const double a = 3.0 * (start_slope + end_slope) - 6.0 * mean, b = 6.0 * mean - 4.0 * start_slope - 2.0 * end_slope;
+    double largest = std::max(std::abs(start_slope), std::abs(end_slope));
+    const double turn = a != 0.0 ? -0.5 * b / a : -1.0;
+    if (turn > 0.0 && turn < 1.0) largest = std::max(largest, std::abs(rate(turn)));
+    return largest;
+  }
+};
 
 Cubic cubic(const std::vector<KeyFrame>& keys, std::size_t k, int c) {
   return {keys[k + 1].time - keys[k].time, component(keys[k], c), component(keys[k + 1], c), slope(keys, k, c),

@@ -9,7 +9,6 @@
 #include <limits>
 #include <numbers>
 
-#include "base/monotone_cubic.hpp"
 #include "bulkley/base/error.hpp"
 
 namespace bulkley {
@@ -28,16 +27,6 @@ constexpr std::array<double, 4> gauss_weights{0.34785484513745385737, 0.65214515
 
 double component(const FeedFrame& frame, int c) { return c < 3 ? frame.position[c] : frame.volume; }
 
-// Within segment k, relative to its beginning, so that what rests keeps its bits.
-Cubic segment(const std::vector<FeedFrame>& frames, std::size_t k, int c) {
-  const auto length = [&](std::size_t n) { return frames[n + 1].time - frames[n].time; };
-  const auto secant = [&](std::size_t n) { return (component(frames[n + 1], c) - component(frames[n], c)) / length(n); };
-  const auto slope = [&](std::size_t n) {
-    return n == 0 || n + 1 == frames.size() ? 0.0 : monotone_slope(secant(n - 1), secant(n), length(n - 1), length(n));
-  };
-  return {length(k), 0.0, component(frames[k + 1], c) - component(frames[k], c), slope(k), slope(k + 1)};
-}
-
 struct Value {
   double value, rate;
 };
@@ -48,14 +37,17 @@ std::size_t frame_at(const std::vector<FeedFrame>& frames, double time) {
   return static_cast<std::size_t>(after - frames.begin()) - 1;
 }
 
+double secant(const std::vector<FeedFrame>& frames, std::size_t k, int c) {
+  return (component(frames[k + 1], c) - component(frames[k], c)) / (frames[k + 1].time - frames[k].time);
+}
+
+/// Linear between key frames, at rest before and after: place and volume stay in step, and what rests keeps its bits.
 Value value_at(const std::vector<FeedFrame>& frames, double time, int c) {
   if (time < frames.front().time) return {component(frames.front(), c), 0.0};
   if (time >= frames.back().time) return {component(frames.back(), c), 0.0};
   const std::size_t k = frame_at(frames, time);
-  const Cubic curve = segment(frames, k, c);
-  const double s = (time - frames[k].time) / curve.h;
-  const auto [low, high] = std::minmax(component(frames[k], c), component(frames[k + 1], c));
-  return {std::clamp(component(frames[k], c) + curve.value(s), low, high), curve.rate(s)};
+  const double rate = secant(frames, k, c), a = component(frames[k], c), b = component(frames[k + 1], c);
+  return {std::clamp(a + (time - frames[k].time) * rate, std::min(a, b), std::max(a, b)), rate};
 }
 
 /// Calls visit(k) for the segments that reach into [first, last].
@@ -153,8 +145,7 @@ double EnteredVolume::largest_rate(double first, double last) const {
   if (last < start_ || first > end_) return 0.0;
   double largest = 0.0;
   if (!frames_.empty()) {
-    for_each_segment(frames_, first, last,
-                     [&](std::size_t k) { largest = std::max(largest, segment(frames_, k, 3).largest_rate()); });
+    for_each_segment(frames_, first, last, [&](std::size_t k) { largest = std::max(largest, secant(frames_, k, 3)); });
     return largest;
   }
   if (!formula_) return constant_;
@@ -181,6 +172,12 @@ Feed::Feed(const GridGeometry& grid, const Inflow& inflow, GlobalIndex first_id,
   else
     sides = Vec3(std::get<RectangleSection>(inflow.section).width, std::get<RectangleSection>(inflow.section).height, 0.0);
   radius_ = std::holds_alternative<DiscSection>(inflow.section) ? 0.5 * sides[0] : 0.5 * sides.norm();
+  const double narrowest = std::min(sides[0], sides[1]);
+  if (narrowest < 4.0 * spacing * (1.0 - 1e-9))
+    throw UsageError(fmt::format(
+        "has a section {:g} m wide; it must be at least 4 particles wide, {:g} m: make it wider, the cells of {:g} m "
+        "smaller, or particles_per_cell greater than {}",
+        narrowest, 4.0 * spacing, dx, inflow.particles_per_cell));
   const double rows = std::ceil(sides[0] / spacing - 1e-9), columns = std::ceil(sides[1] / spacing - 1e-9);
   if (rows * columns > static_cast<double>(ids_per_layer))
     throw UsageError(
@@ -194,11 +191,6 @@ Feed::Feed(const GridGeometry& grid, const Inflow& inflow, GlobalIndex first_id,
     place_of_number_[static_cast<std::size_t>(number)] = static_cast<LocalIndex>(points_.size());
     points_.push_back({a * first_ + b * second_, number});
   }
-  if (points_.size() < 4)
-    throw UsageError(
-        fmt::format("has a section of {} particles; it needs at least 4: make it larger, the cells of {:g} m "
-                    "smaller, or particles_per_cell greater than {}",
-                    points_.size(), dx, inflow.particles_per_cell));
   particle_volume_ = area(inflow.section) * spacing / static_cast<double>(points_.size());
 }
 
@@ -260,7 +252,7 @@ double Feed::speed_bound(double first, double last) const {
   if (!inflow_.key_frames.empty())
     for_each_segment(inflow_.key_frames, first, last, [&](std::size_t k) {
       Vec3 largest;
-      for (int a = 0; a < 3; ++a) largest[a] = segment(inflow_.key_frames, k, a).largest_rate();
+      for (int a = 0; a < 3; ++a) largest[a] = secant(inflow_.key_frames, k, a);
       fastest = std::max(fastest, largest.norm());
     });
   else if (inflow_.motion.moves())

@@ -54,7 +54,7 @@ struct Inflow {
   Vec3 side = Vec3::Zero();              ///< of a rectangle's width; zero: chosen
   std::optional<TimeFormula> flow_rate;  ///< m^3/s
   std::optional<TimeFormula> speed;      ///< m/s
-  std::vector<FeedFrame> key_frames;     ///< instead of position and rate, in the order of time
+  std::vector<FeedFrame> key_frames;     ///< instead of position and rate, in the order of time; linear between
   std::string key_frames_file;           ///< CSV of key frames, by the root
   double start = 0.0;                    ///< s
   std::optional<double> end;             ///< s; none: it does not end

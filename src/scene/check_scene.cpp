@@ -183,54 +183,6 @@ void check_bodies(const Scene& scene, const BodySurvey& survey) {
   if (!faults.empty()) throw UsageError(faults);
 }
 
-void check_inflows(const Scene& scene) {
-  const GridGeometry& grid = scene.grid;
-  const double dx = grid.cell_size;
-  std::string faults;
-  const auto refuse = [&](const Inflow& inflow, const std::string& sentence) {
-    faults += fmt::format("{}{}{}inflow '{}' {}", faults.empty() ? "" : "\n", inflow.place, inflow.place.empty() ? "" : ": ",
-                          inflow.name, sentence);
-  };
-  for (const Feed& feed : feeds_of(grid, scene.inflows, scene.bodies.size(), scene.time_stepping.end_time)) {
-    const Inflow& inflow = feed.inflow();
-    const bool moves = !inflow.key_frames.empty() || inflow.motion.moves();
-    const int n_times = moves ? 1000 : 0;
-    for (int n = 0; n <= n_times; ++n) {
-      const double end = std::min(feed.end(), scene.time_stepping.end_time);
-      const double time = feed.start() + std::max(0.0, end - feed.start()) * n / std::max(n_times, 1);
-      const NozzleState nozzle = feed.at(time);
-      std::string fault;
-      for (const Feed::Point& point : feed.points())
-        for (const double along : {0.0, -feed.length()}) {
-          const Vec3 x = nozzle.position + nozzle.rotation * point.offset + along * nozzle.axis;
-          const bool behind = along < 0.0;
-          if (!fault.empty()) continue;
-          if ((x - grid.lower).minCoeff() < 0.0 || (grid.upper() - x).minCoeff() < 0.0)
-            fault = fmt::format("reaches outside the domain at {} m: its feed takes {:g} m behind the exit", vector_text(x),
-                                feed.length());
-          for (const Collider& collider : scene.colliders)
-            if (!behind && signed_distance(collider.shape, collider.motion.pose(time), x) < -0.5 * dx)
-              fault = fmt::format("has its exit inside collider '{}'", collider.name);
-          for (const Body& body : scene.bodies)
-            if (n == 0 && feed.start() == 0.0 && contains(body.shape, x + (behind ? 0.0 : -0.5 * dx) * nozzle.axis))
-              fault = fmt::format("has its feed inside body '{}'; seed the body outside of it", body.name);
-        }
-      for (int axis = 0; axis < 3 && fault.empty(); ++axis) {
-        if (grid.periodic[static_cast<std::size_t>(axis)]) continue;
-        const bool up = nozzle.axis[axis] > 0.5;
-        const double gap = up ? grid.upper()[axis] - nozzle.position[axis] : nozzle.position[axis] - grid.lower[axis];
-        if (std::abs(nozzle.axis[axis]) > 0.5 && gap < 2.0 * dx)
-          fault = fmt::format("has its exit {:.3g} m from a face of the domain; it must be at least 2 cells, {:g} m", gap,
-                              2.0 * dx);
-      }
-      if (fault.empty()) continue;
-      refuse(inflow, moves ? fmt::format("{} at t = {:g} s", fault, time) : fault);
-      break;
-    }
-  }
-  if (!faults.empty()) throw UsageError(faults);
-}
-
 void check_colliders(const Scene& scene) {
   const GridGeometry& grid = scene.grid;
   // What the sampling of the surface resolves, so that an obstacle of just two cells passes.

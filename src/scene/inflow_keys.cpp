@@ -104,9 +104,9 @@ const Keys<RectangleSection>& keys(config::Of<RectangleSection>) {
 const Keys<Inflow>& keys(config::Of<Inflow>) {
   static const auto table =
       Keys<Inflow>(
-          "A nozzle from which material enters. Its last three cells before the exit are full of particles that move with "
-          "it, so there "
-          "must be room for them in the domain. history.csv counts what has entered.")
+          "A nozzle from which material enters ([page](processes.md)). Its last three cells before the exit, four with the "
+          "cubic spline, are full of particles that move with it, so there must be room for them in the domain. "
+          "`history.csv` counts what has entered.")
           .key("name", &Inflow::name,
                {.about = "Name in messages and columns; different for each inflow.", .required = true})
           .key("material", &Inflow::material, {.about = "Name of an entry of [materials].", .required = true})
@@ -125,8 +125,7 @@ const Keys<Inflow>& keys(config::Of<Inflow>) {
                {.about = "Speed of the material in the exit, >= 0.", .unit = "m/s", .default_text = "none"})
           .key("key_frames", &Inflow::key_frames,
                {.about = "Instead of `position` and a rate: where the exit is and the volume that has entered by then, in "
-                         "s, m and "
-                         "m^3, with smooth curves between.",
+                         "s, m and m^3; linear between.",
                 .default_text = "none"})
           .key("key_frames_file", &Inflow::key_frames_file,
                {.about = "The same as a CSV file with the columns t, x, y, z, e.", .default_text = "none"})

@@ -59,6 +59,10 @@ TEST(EnteredVolume, OfKeyFramesRestsInPauses) {
   EXPECT_EQ(volume.volume(1.0), 0.3);
   for (double t = 1.0; t <= 2.0; t += 1.0 / 64) EXPECT_EQ(volume.volume(t), 0.3);
   EXPECT_EQ(volume.volume(3.0), 1.0);
+  EXPECT_DOUBLE_EQ(volume.volume(2.25), 0.475);
+  EXPECT_DOUBLE_EQ(volume.rate(2.25), 0.7);
+  EXPECT_DOUBLE_EQ(volume.largest_rate(0.5, 2.5), 0.7);
+  EXPECT_EQ(volume.largest_rate(1.25, 1.75), 0.0);
   EXPECT_EQ(volume.rate(1.5), 0.0);
 }
 
@@ -88,8 +92,34 @@ TEST(Feed, PlacesLayersByTimeAlone) {
 
 TEST(Feed, RefusesSectionsOfFewParticles) {
   Inflow inflow = jet();
-  inflow.section = DiscSection{0.001};
-  EXPECT_THROW(Feed(grid(), inflow, 0, 1.0), UsageError);
+  for (const Section& section : {Section(DiscSection{0.0099}), Section(RectangleSection{0.1, 0.0199})}) {
+    inflow.section = section;
+    EXPECT_THROW(Feed(grid(), inflow, 0, 1.0), UsageError);
+  }
+  inflow.section = RectangleSection{0.02, 0.04};
+  EXPECT_EQ(Feed(grid(), inflow, 0, 1.0).points().size(), 32u);
+}
+
+TEST(Feed, FollowsKeyFrames) {
+  Inflow inflow = jet();
+  inflow.position.reset();
+  inflow.speed.reset();
+  inflow.key_frames = {{0.0, {0.1, 0.1, 0.15}, 0.0}, {1.0, {0.12, 0.1, 0.15}, 1e-3}, {3.0, {0.12, 0.16, 0.15}, 1e-3}};
+  const Feed feed(grid(), inflow, 0, 5.0);
+  const NozzleState half = feed.at(0.5), later = feed.at(2.0), after = feed.at(4.0);
+  EXPECT_NEAR((half.position - Vec3(0.11, 0.1, 0.15)).norm(), 0.0, 1e-15);
+  EXPECT_NEAR((half.velocity - Vec3(0.02, 0.0, 0.0)).norm(), 0.0, 1e-15);
+  EXPECT_DOUBLE_EQ(half.path, 0.5e-3 / area(inflow.section));
+  EXPECT_NEAR((later.velocity - Vec3(0.0, 0.03, 0.0)).norm(), 0.0, 1e-15);
+  EXPECT_EQ(later.speed, 0.0);
+  EXPECT_EQ(after.position, Vec3(0.12, 0.16, 0.15));
+  EXPECT_DOUBLE_EQ(feed.speed_bound(1.5, 2.0), 0.03);
+}
+
+TEST(Feeds, NeedIdsForAll) {
+  const std::vector<Inflow> many(127, jet());
+  EXPECT_NO_THROW(feeds_of(grid(), many, 1, 1.0));
+  EXPECT_THROW(feeds_of(grid(), std::vector<Inflow>(129, jet()), 1, 1.0), UsageError);
 }
 
 TEST(KeyFrames, AreReadAndChecked) {

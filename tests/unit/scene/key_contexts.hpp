@@ -50,6 +50,12 @@ inline std::vector<std::pair<std::string, std::string>> setting(const std::strin
         {"magnetics", "{ largest_interval = 0.1, sources = [{ " + source + " }] }"},
         {table, ""}};
   };
+  const auto inflow = [](const std::string& section, const std::string& table) {
+    return std::vector<std::pair<std::string, std::string>>{
+        {"inflows", "[{ name = \"nozzle\", material = \"fluid\", position = [0.12, 0.12, 0.06], speed = 0.1, section = " +
+                        section + " }]"},
+        {table, ""}};
+  };
   const std::string ball = "{ type = \"sphere\", center = [0.08, 0.08, 0.08], radius = 0.06 }";
   const std::string small = "{ type = \"sphere\", center = [0.08, 0.08, 0.08], radius = 0.01 }";
   const std::map<std::string, std::vector<std::pair<std::string, std::string>>> contexts = {
@@ -101,6 +107,10 @@ inline std::vector<std::pair<std::string, std::string>> setting(const std::strin
        {{"rigid_bodies",
          "[{ name = 'weight', density = 7800, shape = { type = 'sphere', center = [0.12, 0.12, 0.03], radius = 0.025 } }]"},
         {"rigid_bodies.0", ""}}},
+      {"[[inflows]]", inflow("{ type = \"disc\", radius = 0.02 }", "inflows.0")},
+      {"Sections, type = \"disc\"", inflow("{ type = \"disc\", radius = 0.02 }", "inflows.0.section")},
+      {"Sections, type = \"rectangle\"",
+       inflow("{ type = \"rectangle\", width = 0.02, height = 0.02 }", "inflows.0.section")},
       {"Shapes, type = \"box\"", {shape("{ type = \"box\", lower = [0.02, 0.02, 0.02], upper = [0.12, 0.12, 0.12] }")}},
       {"Shapes, type = \"sphere\"", {shape(ball)}},
       {"Shapes, type = \"cylinder\"",
