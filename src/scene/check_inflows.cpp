@@ -28,8 +28,8 @@ std::string feed_fault(const Scene& scene, const std::vector<Feed>& feeds, std::
     const Vec3 front = in_feed(point, 0.0), back = in_feed(point, -feed.length());
     for (const Vec3& x : {front, back})
       if (is_outside(scene.grid, x))
-        return fmt::format("reaches outside the domain at {} m: its feed takes {:g} m behind the exit", vector_text(x),
-                           feed.length());
+        return fmt::format("reaches outside the domain at ({:.6g}, {:.6g}, {:.6g}) m: its feed takes {:g} m behind the exit",
+                           x[0], x[1], x[2], feed.length());
     for (const Collider& collider : scene.colliders)
       if (signed_distance(collider.shape, collider.motion.pose(time), front) < -0.5 * dx)
         return fmt::format("has its exit inside collider '{}'", collider.name);

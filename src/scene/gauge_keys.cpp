@@ -126,6 +126,7 @@ void require_own_columns(const Value& output, const Scene& scene, Faults& faults
   std::map<std::string, std::string> owners;
   for (const Collider& collider : scene.colliders) owners.emplace(column_prefix(collider.name), "a collider");
   for (const RigidBody& body : scene.rigid_bodies) owners.emplace(column_prefix(body.name), "a rigid body");
+  for (const Inflow& inflow : scene.inflows) owners.emplace(column_prefix(inflow.name), "an inflow");
   for (const char* list : {"front", "gauge"}) {
     const Value* entries = output.find(list);
     if (!entries) continue;

@@ -82,6 +82,12 @@ void assign_material(const Value& table, const Scene& scene, Inflow& inflow, Fau
     return;
   }
   double low = 0.01, high = 1.0;  // the pressure falls with J
+  if (!(-law->stress(low) > inflow.pressure)) {
+    faults.add(table.find("pressure")->place,
+               fmt::format("'{}.pressure' is {:g}, which squeezes '{}' to less than a hundredth of its volume", table.path,
+                           inflow.pressure, inflow.material));
+    return;
+  }
   for (int n = 0; n < 200; ++n) (-law->stress(0.5 * (low + high)) > inflow.pressure ? low : high) = 0.5 * (low + high);
   inflow.volume_ratio = 0.5 * (low + high);
 }
@@ -120,9 +126,15 @@ const Keys<Inflow>& keys(config::Of<Inflow>) {
           .key("side", &Inflow::side,
                {.about = "Direction of a rectangle's width, as far as it is across `direction`.", .default_text = "x, or y"})
           .key("flow_rate", &Inflow::flow_rate,
-               {.about = "Volume that enters in a second, >= 0.", .unit = "m^3/s", .default_text = "none"})
+               {.about = "Volume that enters in a second.",
+                .unit = "m^3/s",
+                .range = config::at_least(0.0),
+                .default_text = "none"})
           .key("speed", &Inflow::speed,
-               {.about = "Speed of the material in the exit, >= 0.", .unit = "m/s", .default_text = "none"})
+               {.about = "Speed of the material in the exit.",
+                .unit = "m/s",
+                .range = config::at_least(0.0),
+                .default_text = "none"})
           .key("key_frames", &Inflow::key_frames,
                {.about = "Instead of `position` and a rate: where the exit is and the volume that has entered by then, in "
                          "s, m and m^3; linear between.",
@@ -148,17 +160,20 @@ void join_inflows(const Value& root, Scene& scene, Faults& faults) {
   if (!list) return;
   if (scene.time_stepping.integrator == IntegratorKind::imex && !scene.inflows.empty())
     faults.add(list->items[0].place, "[[inflows]] need 'time.integrator' = \"explicit\"");
-  std::vector<std::string> names;
+  std::vector<std::string> names, columns;
   for (const Collider& collider : scene.colliders) names.push_back(collider.name);
+  for (const Collider& collider : scene.colliders) columns.push_back(column_prefix(collider.name));
+  for (const RigidBody& body : scene.rigid_bodies) columns.push_back(column_prefix(body.name));
   for (std::size_t i = 0; i < scene.inflows.size(); ++i) {
     Inflow& inflow = scene.inflows[i];
     const Value& table = list->items[i];
     assign_material(table, scene, inflow, faults);
-    for (const TimeFormula* rate :
-         {inflow.flow_rate ? &*inflow.flow_rate : nullptr, inflow.speed ? &*inflow.speed : nullptr})
-      if (rate && rate->text.empty() && rate->number < 0.0)
-        faults.add(table.place,
-                   fmt::format("inflow '{}' has the rate {:g}; it must be a number >= 0", inflow.name, rate->number));
+    if (std::find(columns.begin(), columns.end(), column_prefix(inflow.name)) != columns.end())
+      faults.add(
+          table.find("name")->place,
+          fmt::format("'{}.name' is \"{}\", which a collider or a rigid body has already: their columns in history.csv "
+                      "would have the same names",
+                      table.path, inflow.name));
     if (!inflow.moves_with) continue;
     const auto found = std::find(names.begin(), names.end(), *inflow.moves_with);
     if (found == names.end())

@@ -22,7 +22,7 @@ namespace config {
 template <>
 struct Codec<TimeFormula> : PlainCodec {
   static std::string type(const Rule&) { return "number or formula"; }
-  static std::string allowed(const Rule&) { return "of t"; }
+  static std::string allowed(const Rule& rule) { return allowed_numbers(rule) + "; formula of t"; }
   static bool read(const Value& value, const Rule& rule, TimeFormula& out, Faults& faults);
   static Value write(const TimeFormula& formula);
 };

@@ -60,6 +60,15 @@ def rigid_body(radius, center, more="density = 7800"):
             f"radius = {radius} }}\n{more}")
 
 
+def inflow(more, position="[0.08, 0.08, 0.12]", radius=0.02, place="position"):
+    return (f'at_end = true\n[[inflows]]\nname = "nozzle"\nmaterial = "fluid"\n'
+            f'section = {{ type = "disc", radius = {radius} }}\n{place} = {position}\n{more}')
+
+
+def inflow_value(name, text, sentence):
+    return value("inflow_" + name, "at_end = true", text, PLACE + sentence)
+
+
 CELL = "cell_size = 0.01"
 BALL = "{ type = \"sphere\", center = [0.08, 0.08, 0.05], radius = 0.03 }"
 FIELD = "particles_per_cell = 8"
@@ -149,6 +158,48 @@ INPUT_CASES = [
           PLACE + "rigid body 'weight' needs a 'density' or a 'mass', one of the two"),
     value("rigid_body_separating", "at_end = true", rigid_body(0.02, [0.03, 0.03, 0.03], 'mass = 1\ncontact = "separating"'),
           PLACE + r"'rigid_bodies\.0\.contact' is \"separating\", which rigid bodies do not have"),
+
+    inflow_value("without_rate", inflow(""), "inflow 'nozzle' needs exactly one of 'flow_rate', 'speed', .*; it has 0"),
+    inflow_value("backwards", inflow("flow_rate = -1e-3"), r"'inflows\.0\.flow_rate' is -0\.001; it must be at least 0"),
+    inflow_value("backwards_later", inflow('flow_rate = "1e-4 * cos(1000*t)"'),
+                 r"inflow 'nozzle' has the rate -.* at t = 0\.001.* s; it must be a number >= 0"),
+    inflow_value("backwards_by_frames", inflow("", "[[0, 0.08, 0.08, 0.12, 0], [1, 0.08, 0.08, 0.12, 1e-6], [2, 0.08, 0.08, 0.12, 0]]",
+                                               place="key_frames"),
+                 r"'inflows\.0\.key_frames' has e = 0 in key frame 3 after 1e-06; the volume that has entered must not decrease"),
+    inflow_value("outside", inflow("speed = 1", "[0.01, 0.08, 0.12]"), "inflow 'nozzle' reaches outside the domain at"),
+    inflow_value("outside_behind", inflow("speed = 1", "[0.08, 0.08, 0.14]"),
+                 r"inflow 'nozzle' reaches outside the domain at .*: its feed takes 0\.03 m behind the exit"),
+    inflow_value("outside_later", inflow("", "[[0, 0.08, 0.08, 0.12, 0], [0.005, 0.28, 0.08, 0.12, 1e-6]]", place="key_frames"),
+                 r"inflow 'nozzle' reaches outside the domain at .* at t = 0\.001"),
+    inflow_value("narrow", inflow("speed = 1", radius=0.0099),
+                 r"inflow 'nozzle' has a section 0\.0198 m wide; it must be at least 4 particles wide, 0\.02 m"),
+    inflow_value("at_a_wall", inflow("speed = 1\ndirection = [-1, 0, 0]", "[0.019, 0.08, 0.12]"),
+                 r"inflow 'nozzle' has its exit 0\.019 m from a face of the domain; it must be at least 2 cells, 0\.02 m"),
+    inflow_value("at_a_plate", inflow('speed = 1\n[[colliders]]\nname = "plate"\nshape = { type = "box", '
+                                      'lower = [0.04, 0.04, 0.08], upper = [0.12, 0.12, 0.101] }'),
+                 r"inflow 'nozzle' has collider 'plate' in front of its exit; there must be at least 2 cells, 0\.02 m, between"),
+    inflow_value("in_a_collider", inflow('speed = 1\n[[colliders]]\nname = "plate"\nshape = { type = "box", '
+                                         'lower = [0.08, 0.04, 0.08], upper = [0.12, 0.12, 0.13] }'),
+                 "inflow 'nozzle' has its exit inside collider 'plate'"),
+    inflow_value("in_material", inflow("speed = 1", "[0.08, 0.08, 0.05]"), "inflow 'nozzle' has its feed inside body 'ball'"),
+    inflow_value("twice", inflow("speed = 1") + inflow("speed = 1", "[0.08, 0.09, 0.12]").replace("at_end = true", "").replace(
+        '"nozzle"', '"second"'), "inflow 'second' overlaps inflow 'nozzle'"),
+    inflow_value("named_like_a_collider", inflow('speed = 1\n[[colliders]]\nname = "nozzle"\nshape = { type = "box", '
+                                                 'lower = [0, 0, 0], upper = [0.04, 0.04, 0.04] }'),
+                 r"'inflows\.0\.name' is \"nozzle\", which a collider or a rigid body has already"),
+    inflow_value("of_nothing_known", inflow("speed = 1").replace('"fluid"', '"fluit"'),
+                 "inflow 'nozzle' is made of 'fluit', which is not in .materials.; did you mean 'fluid'"),
+    inflow_value("with_nothing", inflow('speed = 1\nmoves_with = "arm"'), r"'inflows\.0\.moves_with' is \"arm\", which is no collider"),
+    inflow_value("of_too_many_ids", inflow("speed = 1") + "".join(
+        inflow("speed = 1").replace("at_end = true", "").replace('"nozzle"', f'"n{n}"') for n in range(128)),
+        "129 inflows, 1 bodies and 4096 cells need more particle ids than 2.63"),
+    inflow_value("without_its_file", inflow("", '"head.csv"', place="key_frames_file"),
+                 "inflow 'nozzle': key_frames_file '.*head.csv' cannot be opened"),
+    Case("value_inflow_frames_of_words", USAGE, "key_frames_file '.*head.csv' line 2 is not five numbers t, x, y, z, e",
+         replace={"at_end = true": inflow("", '"head.csv"', place="key_frames_file")}, arguments=CHECK, ranks=(1,),
+         prepare=lambda folder, program, scene: (folder / "head.csv").write_text("t,x,y,z,e\n0,1,2\n")),
+    Case("inflow_faster_than_the_step", FAILED, "time.dt = .* exceeds .*collider",
+         replace={"at_end = true": inflow("speed = 100"), "end = 0.01": 'end = 0.01\nmode = "fixed"\ndt = 1e-4'}),
 
     value("gauge_on_nothing", "at_end = true", 'at_end = true\n[[output.gauge]]\nname = "p"\nface = "x_upper"\n'
           "center = [0, 0.08, 0.08]\nradius = 0.02", PLACE + "gauge 'p' covers nothing of face 'x_upper': the ball"),

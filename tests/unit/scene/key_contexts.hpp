@@ -50,10 +50,10 @@ inline std::vector<std::pair<std::string, std::string>> setting(const std::strin
         {"magnetics", "{ largest_interval = 0.1, sources = [{ " + source + " }] }"},
         {table, ""}};
   };
-  const auto inflow = [](const std::string& section, const std::string& table) {
+  const auto inflow = [](const std::string& shape_text, const std::string& table) {
     return std::vector<std::pair<std::string, std::string>>{
         {"inflows", "[{ name = \"nozzle\", material = \"fluid\", position = [0.12, 0.12, 0.06], speed = 0.1, section = " +
-                        section + " }]"},
+                        shape_text + " }]"},
         {table, ""}};
   };
   const std::string ball = "{ type = \"sphere\", center = [0.08, 0.08, 0.08], radius = 0.06 }";
