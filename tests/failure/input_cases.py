@@ -5,7 +5,7 @@ tests/unit/config/every_key_test.cpp; here are the files, and a sample of the va
 
 import random
 
-from cases import RUN, USAGE, Case
+from cases import FAILED, RUN, USAGE, Case
 
 CHECK = ["check", "{scene}"]
 FINISHED = 0
@@ -190,7 +190,7 @@ INPUT_CASES = [
     inflow_value("of_nothing_known", inflow("speed = 1").replace('"fluid"', '"fluit"'),
                  "inflow 'nozzle' is made of 'fluit', which is not in .materials.; did you mean 'fluid'"),
     inflow_value("with_nothing", inflow('speed = 1\nmoves_with = "arm"'), r"'inflows\.0\.moves_with' is \"arm\", which is no collider"),
-    inflow_value("of_too_many_ids", inflow("speed = 1") + "".join(
+    value("inflow_of_too_many_ids", "at_end = true", inflow("speed = 1") + "".join(
         inflow("speed = 1").replace("at_end = true", "").replace('"nozzle"', f'"n{n}"') for n in range(128)),
         "129 inflows, 1 bodies and 4096 cells need more particle ids than 2.63"),
     inflow_value("without_its_file", inflow("", '"head.csv"', place="key_frames_file"),
@@ -198,8 +198,10 @@ INPUT_CASES = [
     Case("value_inflow_frames_of_words", USAGE, "key_frames_file '.*head.csv' line 2 is not five numbers t, x, y, z, e",
          replace={"at_end = true": inflow("", '"head.csv"', place="key_frames_file")}, arguments=CHECK, ranks=(1,),
          prepare=lambda folder, program, scene: (folder / "head.csv").write_text("t,x,y,z,e\n0,1,2\n")),
-    Case("inflow_faster_than_the_step", FAILED, "time.dt = .* exceeds .*collider",
-         replace={"at_end = true": inflow("speed = 100"), "end = 0.01": 'end = 0.01\nmode = "fixed"\ndt = 1e-4'}),
+    Case("value_inflow_faster_than_the_step", USAGE, "the fixed time step of 0.0001 s is above the speed limit of 5e-05 s",
+         replace={"at_end = true": inflow("speed = 100"), "end = 0.01": 'end = 0.01\nmode = "fixed"\ndt = 1e-4'}, ranks=(1,)),
+    Case("inflow_too_fast_later", FAILED, "the fixed time step of 0.0001 s is above the collider limit of",
+         replace={"at_end = true": inflow('speed = "1e4 * t"'), "end = 0.01": 'end = 0.01\nmode = "fixed"\ndt = 1e-4'}),
 
     value("gauge_on_nothing", "at_end = true", 'at_end = true\n[[output.gauge]]\nname = "p"\nface = "x_upper"\n'
           "center = [0, 0.08, 0.08]\nradius = 0.02", PLACE + "gauge 'p' covers nothing of face 'x_upper': the ball"),

@@ -29,7 +29,8 @@ SCENE = ["run", str(ROOT / "drivers/scenes/all_materials.toml"), "--out", "out",
 BODIES = ["run", str(ROOT / "drivers/scenes/jet.toml"), "--out", "bodies", "--quiet", "--max-steps", "1",
           "--set", "domain.cell_size=0.025", "--set", "output.history_interval=1", "--set", "output.frame_interval=0",
           "--set", 'rigid_bodies=[{name="weight",density=1e3,shape={type="sphere",center=[0.7,0.2,0.2],radius=0.06}}]']  # no imex
-MEASURED = ("plate", "tip", "patch", "weight")  # names of columns
+INFLOW = ["run", str(ROOT / "tests/system/inflow.toml"), "--out", "inflow", "--quiet", "--max-steps", "1"]
+MEASURED = ("plate", "tip", "patch", "weight", "bar", "disc", "arm")  # names of columns
 
 
 def names_in(files):
@@ -71,6 +72,9 @@ def main():
     outcome = program.run(BODIES, 1, work, 120)
     if outcome.code != 0:
         fail("the run with a rigid body did not end", outcome)
+    outcome = program.run(INFLOW, 1, work, 120)
+    if outcome.code not in (0, 4):
+        fail("the run with an inflow did not end", outcome)
     page = (ROOT / "docs/file-formats.md").read_text(encoding="utf-8")
     code = set(re.findall(r"`([^`]+)`", page))
     files = sorted(folder.glob("*.h5"))
@@ -82,7 +86,7 @@ def main():
     claimed = {name for row in re.findall(r"^\| (`.*?) \|", tables, re.MULTILINE) for name in re.findall(r"`(\w+)`", row)}
     faults += [f"the page names the dataset '{name}', which no file has" for name in sorted(claimed - names_in(files))]
 
-    columns = [column for run in (folder, work / "bodies")
+    columns = [column for run in (folder, work / "bodies", work / "inflow")
                for column in (run / "history.csv").read_text(encoding="utf-8").splitlines()[0].split(",")]
     expected = {re.sub(r"^NAME", own, name) for name in code for own in MEASURED}
     own = [re.sub(r"^wall_[xyz]_(lower|upper)", "wall_FACE", name) for name in columns
