@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Material that enters through nozzles that move and turn gives the same bits on any number of ranks and through a restart between two
-layers; what has entered is counted, no particle is lost, and the energy account closes."""
+layers, also where steps are rejected; what has entered is counted, no particle is lost, and the energy account closes."""
 
 import csv
 import pathlib
@@ -8,11 +8,13 @@ import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 from bulkley_program import fail, parse_arguments, start  # noqa: E402
-from identity import expect_closed_account, expect_identical  # noqa: E402
+from identity import expect_closed_account, expect_identical, last_row  # noqa: E402
 
 SCENE = pathlib.Path(__file__).with_name("inflow.toml")
 STEPS, INTERRUPTION = 200, 83
-VARIANTS = (("apic", [], (2, 3, 7), (3, 2)), ("moment_flip", ['transfer.scheme="moment_flip"'], (3,), (2, 7)))
+VARIANTS = (("apic", [], (2, 3, 7), (3, 2)), ("moment_flip", ['transfer.scheme="moment_flip"'], (3,), (2, 7)),
+            ("trials", ['partition.method="metis"', "time.deformation_limit=0.01", "time.trial_interval=1", "time.growth=2"], (3,),
+             (3, 2)))
 FEEDS = ("disc", "bar")
 
 
@@ -47,6 +49,8 @@ def main():
         whole = run(program, work, f"{name}_1", 1, STEPS, overrides)
         expect_closed_account(whole, name)
         expect_counted(whole)
+        if name == "trials" and not int(last_row(whole)["rejected_steps"]) > 0:
+            fail("no step was rejected")
         for ranks in rank_counts:
             other = run(program, work, f"{name}_{ranks}", ranks, STEPS, overrides)
             expect_identical(program, work, whole, other, STEPS, f"{name}, 1 and {ranks} ranks")
