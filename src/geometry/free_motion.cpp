@@ -42,8 +42,36 @@ double kinetic_energy(const RigidMass& mass, const RigidState& state) {
   return 0.5 * (state.momentum.squaredNorm() / mass.mass + body.cwiseProduct(body).cwiseQuotient(mass.moments).sum());
 }
 
-void advance(const RigidMass& mass, double dt, RigidState& state) {
+RigidVelocity unit_velocity(const Guide& guide, const RigidState& state) {
+  if (!guide.point) return {guide.direction, Vec3::Zero(), state.center};
+  return {guide.direction.cross(state.center - *guide.point), guide.direction, state.center};
+}
+
+void set_rate(const RigidMass& mass, const Guide& guide, double rate, RigidState& state) {
+  const RigidVelocity unit = unit_velocity(guide, state);
+  state.momentum = mass.mass * rate * unit.velocity;
+  state.angular_momentum = rate * (world_inertia(mass, state) * unit.angular_velocity);
+}
+
+double rate_of(const RigidMass& mass, const Guide& guide, const RigidState& state) {
+  const RigidVelocity unit = unit_velocity(guide, state);
+  const double inertia = mass.mass * unit.velocity.squaredNorm() +
+                         unit.angular_velocity.dot(world_inertia(mass, state) * unit.angular_velocity);
+  return (unit.velocity.dot(state.momentum) + unit.angular_velocity.dot(state.angular_momentum)) / inertia;
+}
+
+void advance(const RigidMass& mass, const std::optional<Guide>& guide, double dt, RigidState& state) {
+  if (guide && guide->point) {
+    const double rate = rate_of(mass, *guide, state), angle = dt * rate;
+    const Eigen::Quaterniond turned(Eigen::AngleAxisd(angle, guide->direction));
+    state.center = *guide->point + turned * (state.center - *guide->point);
+    state.rotation = (turned * state.rotation).normalized();
+    state.turn += angle;
+    set_rate(mass, *guide, rate, state);
+    return;
+  }
   state.center += dt * (state.momentum / mass.mass);
+  if (guide) return;
   const Vec3 inverse = mass.moments.cwiseInverse();
   const double smallest = mass.moments.minCoeff(), largest = mass.moments.maxCoeff();
   const double contraction = std::abs(dt) * (state.angular_momentum.norm() / smallest) * (largest - smallest) / smallest;

@@ -13,7 +13,12 @@ namespace bulkley {
 
 namespace {
 constexpr std::size_t most_points = 4096;
+
+// A guided body's velocity at the start is along its freedom, which the scene's rules make sure of.
+double start_rate(const RigidBody& body, const Guide& guide) {
+  return guide.direction.dot(guide.point ? body.angular_velocity : body.velocity);
 }
+}  // namespace
 
 std::optional<std::string> mass_fault(const RigidBody& body) {
   bool closed = true;
@@ -40,8 +45,13 @@ RigidStart start_of(const RigidBody& body) {
   start.rest.center = properties.center;
   start.rest.rotation = Eigen::Quaterniond(frame.axes).normalized();
   start.state = start.rest;
+  if (body.axis)
+    start.guide = Guide{body.axis->normalized(), body.axis_point.value_or(properties.center)};
+  else if (body.line)
+    start.guide = Guide{body.line->normalized(), std::nullopt};
   start.state.momentum = start.mass.mass * body.velocity;
   start.state.angular_momentum = world_inertia(start.mass, start.rest) * body.angular_velocity;
+  if (start.guide) set_rate(start.mass, *start.guide, start_rate(body, *start.guide), start.state);
   const TriangleMesh surface = surface_of(body.shape, bounds(body.shape));
   for (const Vec3& x : surface.vertices) start.reach = std::max(start.reach, (x - properties.center).norm());
   const std::size_t stride = surface.vertices.size() / most_points + 1;
@@ -52,6 +62,10 @@ RigidStart start_of(const RigidBody& body) {
 Pose pose_of(const RigidStart& start, const RigidState& state) {
   const Mat3 rotation = (state.rotation * start.rest.rotation.conjugate()).toRotationMatrix();
   return {rotation, state.center - rotation * start.rest.center};
+}
+
+double reach_of_hold(const GridGeometry& grid, const RigidBody& body) {
+  return body.contact == Contact::slip ? 0.0 : hold_distance(grid, body.contact);
 }
 
 Vec3 nearest_arm(const GridGeometry& grid, const Vec3& center, const Vec3& point) {

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "config/formula.hpp"
 #include "geometry/free_motion.hpp"
 #include "grid/boundary.hpp"
 
@@ -19,11 +20,18 @@ struct RigidBody {
   std::optional<double> mass{};          ///< kg
   Vec3 velocity = Vec3::Zero();          ///< m/s, at the start
   Vec3 angular_velocity = Vec3::Zero();  ///< rad/s, at the start, about the centre of mass
+  VectorFormula force;                   ///< N, formulas of t, at the centre of mass
+  VectorFormula torque;                  ///< N m, formulas of t
+  std::optional<Vec3> axis{};            ///< it only turns about this direction ...
+  std::optional<Vec3> axis_point{};      ///< m, ... through here; none: through the centre of mass
+  std::optional<Vec3> line{};            ///< or it only moves along this direction
+  double spring = 0.0;                   ///< N/m, or N m/rad with an axis: back to where it begins
 };
 
 /// A body as it begins, and its place in its own frame.
 struct RigidStart {
   RigidMass mass;
+  std::optional<Guide> guide;
   RigidState state;
   RigidState rest;            ///< where the scene puts it, without motion
   std::vector<Vec3> surface;  ///< m, points of its surface where the scene puts it; at most 4096
@@ -37,6 +45,10 @@ std::optional<std::string> mass_fault(const RigidBody& body);
 RigidStart start_of(const RigidBody& body);
 /// From where the scene puts it to where it is. Not collective.
 Pose pose_of(const RigidStart& start, const RigidState& state);
+
+/// How far in front of a body a node is still held, m. A body that slips holds the nodes behind its surface only: past a curved
+/// body the normal velocity falls off within its radius, and nodes in front of it must not lose that. Not collective.
+double reach_of_hold(const GridGeometry& grid, const RigidBody& body);
 
 /// From a body's centre to a point of the domain: to the nearest of its images along periodic axes, m. Not collective.
 Vec3 nearest_arm(const GridGeometry& grid, const Vec3& center, const Vec3& point);

@@ -56,7 +56,7 @@ void NodeContact::apply(double time, const GridUpdate& update, Node* nodes, Node
     account.apply(moving, nodes, change, received);
     moving_ones = moving;
   }
-  if (rigid_) merge_bodies(update, moving_ones, nodes, change, received, account);
+  if (rigid_) merge_bodies(time, update, moving_ones, nodes, change, received, account);
   if (!physics_.feeds.empty())
     account.apply(feed_constraints(physics_, positions_, places_, time, update.dt), nodes, change, received);
   account.unfold(update, images_, nodes, change);
@@ -64,9 +64,9 @@ void NodeContact::apply(double time, const GridUpdate& update, Node* nodes, Node
 }
 
 // Bodies and the nodes that they hold, then the walls of those nodes once more.
-void NodeContact::merge_bodies(const GridUpdate& update, std::span<const NodeConstraint> moving, Node* nodes, Node* change,
-                               ContactImpulses& received, ContactAccount& account) {
-  rigid_->merge(update, moving, nodes);
+void NodeContact::merge_bodies(double time, const GridUpdate& update, std::span<const NodeConstraint> moving, Node* nodes,
+                               Node* change, ContactImpulses& received, ContactAccount& account) {
+  rigid_->merge(time, update, moving, nodes);
   rigid_received_.clear();
   account.apply(rigid_->held(), nodes, change, rigid_received_);
   account.apply(rigid_->walls_again(), nodes, change, received);

@@ -62,7 +62,7 @@ class NodeContact {
   std::size_t memory() const;
 
  private:
-  void merge_bodies(const GridUpdate& update, std::span<const NodeConstraint> moving, Node* nodes, Node* change,
+  void merge_bodies(double time, const GridUpdate& update, std::span<const NodeConstraint> moving, Node* nodes, Node* change,
                     ContactImpulses& received, ContactAccount& account);
 
   const Physics& physics_;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "geometry/mesh_shape.hpp"
 #include "parallel/reproducible_sum.hpp"
@@ -33,6 +34,10 @@ Vec6 solved(Mat6 a, Vec6 b) {
   return b;
 }
 
+std::optional<VectorField> field_of(const VectorFormula& formula) {
+  return formula.given() ? std::optional<VectorField>(formula) : std::nullopt;
+}
+
 /// About the mass of a full cell, kg: the unit of sums.
 double mass_of_a_cell(const Physics& physics) {
   double density = 1e-300;
@@ -52,6 +57,7 @@ RigidContact::RigidContact(const Physics& physics, const Comm& comm)
       sums_(n_sums * bodies_.size(), mass_of_a_cell(physics)) {
   for (RigidBody& body : bodies_) {
     starts_.push_back(start_of(body));
+    drives_.push_back({field_of(body.force), field_of(body.torque)});
     states_.push_back(starts_.back().state);
     body.shape = sampled_for_contact(body.shape, physics.grid.cell_size);
   }
@@ -74,20 +80,20 @@ void RigidContact::find_held(std::span<const NodeConstraint> moving, double smal
   std::vector<std::uint8_t> stuck = stuck_;
   for (const NodeConstraint& wall : moving)
     if (wall.contact == Contact::sticky) stuck[static_cast<std::size_t>(wall.node)] = 1;
-  const double hold = hold_distance(physics_.grid, Contact::sticky);
   const std::vector<Pose> poses = this->poses();
   std::vector<std::uint8_t> is_held(stuck.size(), 0);
   for (std::size_t n = 0; n < nodes_.size(); ++n) {
     const auto place = static_cast<std::size_t>(places_[n]);
     if (stuck[place] || !(nodes[place].c[3] > smallest_mass)) continue;
     const Vec3 x = physics_.grid.node_position(nodes_[n]);
-    double deepest = hold;
+    double deepest = std::numeric_limits<double>::infinity();
     std::optional<std::size_t> owner;
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
+      const double hold = reach_of_hold(physics_.grid, bodies_[b]);
       const Vec3 arm = nearest_arm(physics_.grid, states_[b].center, x);
       if (!(arm.norm() <= starts_[b].reach + hold)) continue;
       const double distance = signed_distance(bodies_[b].shape, poses[b], states_[b].center + arm);
-      if (owner ? distance < deepest : distance <= deepest) {
+      if (distance <= hold && distance < deepest) {
         deepest = distance;
         owner = b;
       }
@@ -124,12 +130,42 @@ void RigidContact::add_node(const NodeConstraint& constraint, const Node& node) 
   }
 }
 
-// (M + sum m J^T N J) U = M U* + sum m J^T N v*. The body gets what the nodes lose.
-RigidVelocity RigidContact::solve(std::size_t b, const GridUpdate& update, const ExactSums& sums) {
+// The state after gravity, the scene's force and torque, within the guide; and what these two do.
+RigidState RigidContact::pushed_state(std::size_t b, double time, const GridUpdate& update, Trial& trial) {
   const RigidMass& mass = starts_[b].mass;
-  const double length = scale(b);
-  RigidState pushed = states_[b];
-  pushed.momentum += update.dt * mass.mass * update.gravity;
+  const auto& guide = starts_[b].guide;
+  const auto confine = [&](RigidState& state) {
+    if (guide) set_rate(mass, *guide, rate_of(mass, *guide, state), state);
+  };
+  const auto read = [&](std::optional<VectorField>& field, const char* what) -> Vec3 {
+    if (!field) return Vec3::Zero();
+    const Vec3 value = (*field)(Vec3::Zero(), time + 0.5 * update.dt);
+    if (!value.allFinite())
+      throw StepFailure(fmt::format("the {} of rigid body '{}' is ({}, {}, {}) at {:.6g} s", what, bodies_[b].name, value[0],
+                                    value[1], value[2], time + 0.5 * update.dt),
+                        states_[b].center);
+    return value;
+  };
+  RigidState state = states_[b];
+  state.momentum += update.dt * mass.mass * update.gravity;
+  confine(state);
+  const double falling = kinetic_energy(mass, state);
+  trial.gravity_work = falling - kinetic_energy(mass, states_[b]);
+  state.momentum += update.dt * read(drives_[b].force, "force");
+  state.angular_momentum += update.dt * read(drives_[b].torque, "torque");
+  confine(state);
+  trial.applied_work = kinetic_energy(mass, state) - falling;
+  return state;
+}
+
+// (M + dt^2 K + sum m J^T N J) U = M U* - dt K s + sum m J^T N v*, in a guided body's freedom only. The body gets what the nodes lose.
+RigidVelocity RigidContact::solve(std::size_t b, double time, const GridUpdate& update, const ExactSums& sums) {
+  const RigidMass& mass = starts_[b].mass;
+  const auto& guide = starts_[b].guide;
+  const double length = scale(b), dt = update.dt, stiffness = bodies_[b].spring;
+  const bool winds = guide && guide->point;
+  Trial& trial = trials_[b];
+  const RigidState pushed = pushed_state(b, time, update, trial);
   const Mat3 inertia = world_inertia(mass, pushed);
   Mat6 shared = Mat6::Zero();
   Vec6 given;
@@ -140,29 +176,51 @@ RigidVelocity RigidContact::solve(std::size_t b, const GridUpdate& update, const
   Mat6 all = shared;
   all.topLeftCorner<3, 3>() += mass.mass * Mat3::Identity();
   all.bottomRightCorner<3, 3>() += inertia / (length * length);
-  Vec6 own;
+  const Vec3 away = winds ? Vec3(Vec3::Zero()) : Vec3(pushed.center - starts_[b].state.center);
+  if (!winds) all.topLeftCorner<3, 3>() += dt * dt * stiffness * Mat3::Identity();
+  Vec6 own, pull;
   own << pushed.momentum, pushed.angular_momentum / length;
-  const Vec6 u = solved(all, own + given), impulse = given - shared * u;
+  pull << -dt * stiffness * away, Vec3::Zero();
+  Vec6 u;
+  double wound = 0.0;
+  if (guide) {
+    const RigidVelocity unit = unit_velocity(*guide, pushed);
+    Vec6 freedom;
+    freedom << unit.velocity, length * unit.angular_velocity;
+    const double winding = winds ? dt * stiffness : 0.0;
+    const double rate =
+        (freedom.dot(own + given + pull) - winding * pushed.turn) / (freedom.dot(all * freedom) + dt * winding);
+    u = rate * freedom;
+    wound = -winding * (pushed.turn + dt * rate) * rate;
+  } else {
+    u = solved(all, own + given + pull);
+  }
+  const Vec6 impulse = given - shared * u;
   RigidState after = pushed;
-  after.momentum += impulse.head<3>();
-  after.angular_momentum += length * impulse.tail<3>();
-  const double before = kinetic_energy(mass, pushed);
-  trials_[b] = {after.momentum,
-                after.angular_momentum,
-                impulse.head<3>(),
-                length * impulse.tail<3>(),
-                before - kinetic_energy(mass, states_[b]),
-                before + impulse.dot(u) - kinetic_energy(mass, after)};
+  after.momentum = mass.mass * u.head<3>();
+  after.angular_momentum = inertia * u.tail<3>() / length;
+  if (!guide) {  // the same but for rounding; exactly what the nodes lose
+    const Vec3 spring = -dt * stiffness * (away + dt * u.head<3>());
+    after.momentum = pushed.momentum + impulse.head<3>() + spring;
+    after.angular_momentum = pushed.angular_momentum + length * impulse.tail<3>();
+  }
+  const double spring_work = wound - dt * stiffness * (winds ? 0.0 : (away + dt * u.head<3>()).dot(u.head<3>()));
+  trial.applied_work += spring_work;
+  trial.merging_loss = kinetic_energy(mass, pushed) + spring_work + impulse.dot(u) - kinetic_energy(mass, after);
+  trial.momentum = after.momentum;
+  trial.angular_momentum = after.angular_momentum;
+  trial.impulse = impulse.head<3>();
+  trial.angular_impulse = length * impulse.tail<3>();
   return {u.head<3>(), u.tail<3>() / length, Vec3::Zero()};
 }
 
-void RigidContact::merge(const GridUpdate& update, std::span<const NodeConstraint> moving, const Node* nodes) {
+void RigidContact::merge(double time, const GridUpdate& update, std::span<const NodeConstraint> moving, const Node* nodes) {
   find_held(moving, update.smallest_mass, nodes);
   sums_.clear();
   for (const NodeConstraint& constraint : held_) add_node(constraint, nodes[constraint.node]);
   const ExactSums all = sum_global(comm_, sums_);
   std::vector<RigidVelocity> velocities;
-  for (std::size_t b = 0; b < bodies_.size(); ++b) velocities.push_back(solve(b, update, all));
+  for (std::size_t b = 0; b < bodies_.size(); ++b) velocities.push_back(solve(b, time, update, all));
   for (NodeConstraint& constraint : held_)
     constraint.velocity =
         velocities[static_cast<std::size_t>(constraint.collider) - physics_.colliders.size()].at(constraint.arm);
@@ -178,8 +236,9 @@ void RigidContact::accept(double time, double dt) {
     account.angular_impulse += trial.angular_impulse;
     account.duration += dt;
     account.gravity_work += trial.gravity_work;
+    account.applied_work += trial.applied_work;
     account.merging_loss += trial.merging_loss;
-    advance(starts_[b].mass, dt, states_[b]);
+    advance(starts_[b].mass, starts_[b].guide, dt, states_[b]);
   }
   for (std::size_t b = 0; b < bodies_.size(); ++b)
     if (const auto obstacle = obstacle_of(physics_.grid, physics_.colliders, bodies_, starts_, states_, b, time))
@@ -212,7 +271,8 @@ std::vector<std::string> RigidContact::columns() {
   for (const auto& [quantity, unit] :
        {std::pair{"position", "m"}, {"velocity", "m/s"}, {"spin", "rad/s"}, {"force", "N"}, {"torque", "N m"}})
     for (const char* axis : {"x", "y", "z"}) columns.push_back(fmt::format("{}_{} [{}]", quantity, axis, unit));
-  for (const char* energy : {"kinetic_energy", "gravity_work", "merging_loss"})
+  columns.emplace_back("turn [rad]");
+  for (const char* energy : {"kinetic_energy", "gravity_work", "applied_work", "merging_loss"})
     columns.push_back(fmt::format("{} [J]", energy));
   return columns;
 }
@@ -227,8 +287,10 @@ std::vector<std::vector<double>> RigidContact::history() const {
     for (const Vec3& v : {states_[b].center, now.velocity, now.angular_velocity, Vec3(per_second * account.impulse),
                           Vec3(per_second * account.angular_impulse)})
       for (int a = 0; a < 3; ++a) row.push_back(v[a]);
+    row.push_back(states_[b].turn);
     row.push_back(kinetic_energy(starts_[b].mass, states_[b]));
     row.push_back(account.gravity_work);
+    row.push_back(account.applied_work);
     row.push_back(account.merging_loss);
   }
   return rows;
@@ -250,10 +312,12 @@ void RigidContact::for_each_number(auto& state, auto& account, const auto& visit
   for (int c = 0; c < 4; ++c) visit(fmt::format("rotation.{}", c), state.rotation.coeffs()[c]);
   visit_vector("momentum", state.momentum);
   visit_vector("angular_momentum", state.angular_momentum);
+  visit("turn", state.turn);
   visit_vector("impulse", account.impulse);
   visit_vector("angular_impulse", account.angular_impulse);
   visit("duration", account.duration);
   visit("gravity_work", account.gravity_work);
+  visit("applied_work", account.applied_work);
   visit("merging_loss", account.merging_loss);
 }
 

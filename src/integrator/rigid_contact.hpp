@@ -3,6 +3,7 @@
 // body from exact sums (docs/theory.md, "Rigid bodies"). Every rank has all bodies.
 
 #include <array>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -23,9 +24,10 @@ class RigidContact {
   /// those places. Not collective.
   void fit(std::vector<Int3> nodes, std::vector<LocalIndex> places, std::span<const NodeConstraint> walls);
 
-  /// Finds the bodies' velocities after a step of update.dt from now, with nodes as walls have left them, {v, m}; `moving`: constraints
-  /// of moving colliders. Changes no body and no node. Collective.
-  void merge(const GridUpdate& update, std::span<const NodeConstraint> moving, const Node* nodes);
+  /// Finds the bodies' velocities after a step of update.dt from `time`, with nodes as walls have left them, {v, m}; `moving`: constraints
+  /// of moving colliders. Changes no body and no node. Throws StepFailure, the same on every rank, if a force or torque of the scene has
+  /// no value. Collective.
+  void merge(double time, const GridUpdate& update, std::span<const NodeConstraint> moving, const Node* nodes);
   /// After `merge`: what gives the held nodes their velocities; bodies are numbered after the colliders. Then the walls' share of those
   /// nodes again, for a body must not push material through a wall. Not collective.
   std::span<const NodeConstraint> held() const { return held_; }
@@ -52,21 +54,26 @@ class RigidContact {
  private:
   /// What a body has gone through since the start, or since the row before.
   struct Account {
-    Vec3 impulse = Vec3::Zero(), angular_impulse = Vec3::Zero();  ///< by the material, since the row before
-    double duration = 0.0;                                        ///< s, since the row before
-    double gravity_work = 0.0, merging_loss = 0.0;                ///< J, since the start
+    Vec3 impulse = Vec3::Zero(), angular_impulse = Vec3::Zero();        ///< by the material, since the row before
+    double duration = 0.0;                                              ///< s, since the row before
+    double gravity_work = 0.0, applied_work = 0.0, merging_loss = 0.0;  ///< J, since the start
+  };
+  /// What the scene pushes a body with.
+  struct Drive {
+    std::optional<VectorField> force, torque;
   };
   /// The end of the step that is tried.
   struct Trial {
     Vec3 momentum, angular_momentum, impulse, angular_impulse;
-    double gravity_work, merging_loss;
+    double gravity_work, applied_work, merging_loss;
   };
   using Vec6 = Eigen::Matrix<double, 6, 1>;
   static constexpr std::size_t n_sums = 27;  ///< lower triangle of a 6 x 6 matrix, row after row, then the right side
 
   void find_held(std::span<const NodeConstraint> moving, double smallest_mass, const Node* nodes);
   void add_node(const NodeConstraint& constraint, const Node& node);
-  RigidVelocity solve(std::size_t body, const GridUpdate& update, const ExactSums& sums);
+  RigidState pushed_state(std::size_t body, double time, const GridUpdate& update, Trial& trial);
+  RigidVelocity solve(std::size_t body, double time, const GridUpdate& update, const ExactSums& sums);
   double scale(std::size_t body) const { return starts_[body].reach; }
   static void for_each_number(auto& state, auto& account, const auto& visit);
 
@@ -75,6 +82,7 @@ class RigidContact {
   std::vector<RigidBody> bodies_;  ///< with sampled shapes
   std::vector<RigidStart> starts_;
   std::vector<RigidState> states_;
+  std::vector<Drive> drives_;
   std::vector<Account> accounts_;
   std::vector<Trial> trials_;
   ExactSums sums_;

@@ -11,6 +11,29 @@ namespace {
 
 constexpr std::size_t most_bodies = 1000;
 
+/// A guide leaves one freedom; what acts or moves outside of it is a mistake.
+void check_guide(const config::Value& table, const RigidBody& body, config::Faults& faults) {
+  const auto fault = [&](const char* key, const std::string& sentence) {
+    faults.add(table.find(key)->place, fmt::format("'{}.{}' {}", table.path, key, sentence));
+  };
+  if (body.axis && body.line)
+    return fault("line", "is given beside 'axis': a body turns about an axis or moves along a line");
+  if (body.axis_point && !body.axis) return fault("axis_point", "has no 'axis' through it");
+  for (const auto& [key, direction] : {std::pair{"axis", body.axis}, {"line", body.line}})
+    if (direction && !(direction->norm() > 0.0)) return fault(key, "has no length; it must not be [0, 0, 0]");
+  const auto off = [](const Vec3& vector, const std::optional<Vec3>& direction) {
+    return !direction || vector.cross(*direction).norm() > 1e-9 * vector.norm() * direction->norm();
+  };
+  if (body.axis || body.line) {
+    if (body.velocity.norm() > 0.0 && off(body.velocity, body.line))
+      fault("velocity", body.axis ? "is given with an 'axis': give the 'angular_velocity' about it" : "is not along 'line'");
+    if (body.angular_velocity.norm() > 0.0 && off(body.angular_velocity, body.axis))
+      fault("angular_velocity",
+            body.axis ? "is not along 'axis'" : "is given with a 'line', along which a body does not turn");
+  }
+  if (body.line && body.torque.given()) fault("torque", "is given with a 'line', along which a body does not turn");
+}
+
 void check_body(const config::Value& table, RigidBody& body, config::Faults& faults) {
   if (body.density.has_value() == body.mass.has_value())
     faults.add(table.place, fmt::format("rigid body '{}' needs a 'density' or a 'mass', one of the two", body.name));
@@ -18,6 +41,7 @@ void check_body(const config::Value& table, RigidBody& body, config::Faults& fau
     faults.add(
         table.find("contact")->place,
         fmt::format("'{}.contact' is \"separating\", which rigid bodies do not have; \"sticky\" or \"slip\"", table.path));
+  check_guide(table, body, faults);
 }
 
 }  // namespace
@@ -47,6 +71,25 @@ const config::Keys<RigidBody>& keys(config::Of<RigidBody>) {
           .key("velocity", &RigidBody::velocity, {.about = "Velocity of the centre of mass at the start.", .unit = "m/s"})
           .key("angular_velocity", &RigidBody::angular_velocity,
                {.about = "Spin about the centre of mass at the start.", .unit = "rad/s"})
+          .key("force", &RigidBody::force,
+               {.about = "Force at the centre of mass, formulas of the time.",
+                .unit = "N",
+                .names = {"t"},
+                .default_text = "none"})
+          .key("torque", &RigidBody::torque,
+               {.about = "Torque, formulas of the time.", .unit = "N m", .names = {"t"}, .default_text = "none"})
+          .key("axis", &RigidBody::axis,
+               {.about = "The body only turns, about a fixed axis of this direction.", .default_text = "none"})
+          .key("axis_point", &RigidBody::axis_point,
+               {.about = "A point of the axis.", .unit = "m", .default_text = "the centre of mass"})
+          .key("line", &RigidBody::line,
+               {.about = "The body only moves along this direction, and does not turn.", .default_text = "none"})
+          .key("spring", &RigidBody::spring,
+               {.about = "Stiffness of a spring to where the body begins: on the centre of mass, or, with an `axis`, on the "
+                         "turn about "
+                         "it.",
+                .unit = "N/m, or N m/rad",
+                .range = config::at_least(0.0)})
           .check(check_body);
   return table;
 }

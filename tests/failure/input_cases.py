@@ -60,6 +60,11 @@ def rigid_body(radius, center, more="density = 7800"):
             f"radius = {radius} }}\n{more}")
 
 
+def guided(name, more, sentence):
+    return value(f"rigid_body_{name}", "at_end = true", rigid_body(0.02, [0.03, 0.03, 0.03], "mass = 1\n" + more),
+                 PLACE + r"'rigid_bodies\.0\." + sentence)
+
+
 def inflow(more, position="[0.08, 0.08, 0.12]", radius=0.02, place="position"):
     return (f'at_end = true\n[[inflows]]\nname = "nozzle"\nmaterial = "fluid"\n'
             f'section = {{ type = "disc", radius = {radius} }}\n{place} = {position}\n{more}')
@@ -158,6 +163,16 @@ INPUT_CASES = [
           PLACE + "rigid body 'weight' needs a 'density' or a 'mass', one of the two"),
     value("rigid_body_separating", "at_end = true", rigid_body(0.02, [0.03, 0.03, 0.03], 'mass = 1\ncontact = "separating"'),
           PLACE + r"'rigid_bodies\.0\.contact' is \"separating\", which rigid bodies do not have"),
+    guided("axis_and_line", "axis = [0, 0, 1]\nline = [1, 0, 0]", "line' is given beside 'axis'"),
+    guided("point_alone", "axis_point = [0, 0, 1]", "axis_point' has no 'axis' through it"),
+    guided("no_direction", "axis = [0, 0, 0]", r"axis' has no length; it must not be \[0, 0, 0\]"),
+    guided("moving_off_line", "line = [1, 0, 0]\nvelocity = [1, 1, 0]", "velocity' is not along 'line'"),
+    guided("moving_on_axis", "axis = [1, 0, 0]\nvelocity = [1, 0, 0]", "velocity' is given with an 'axis'"),
+    guided("spinning_off_axis", "axis = [1, 0, 0]\nangular_velocity = [1, 1, 0]", "angular_velocity' is not along 'axis'"),
+    guided("spinning_on_line", "line = [1, 0, 0]\nangular_velocity = [1, 0, 0]", "angular_velocity' is given with a 'line'"),
+    guided("torque_on_line", 'line = [1, 0, 0]\ntorque = ["0", "0", "1"]', "torque' is given with a 'line'"),
+    guided("soft_spring", "spring = -1", "spring' is -1; it must be at least 0"),
+    guided("force_of_place", 'force = ["x", "0", "0"]', "force"),
 
     inflow_value("without_rate", inflow(""), "inflow 'nozzle' needs exactly one of 'flow_rate', 'speed', .*; it has 0"),
     inflow_value("backwards", inflow("flow_rate = -1e-3"), r"'inflows\.0\.flow_rate' is -0\.001; it must be at least 0"),

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Free rigid bodies: the same bits on any number of ranks and through a restart between two rows of history.csv; momentum and
 angular momentum of bodies and material conserved, at a body heavier and one far lighter than the material that it holds; both
-energy accounts closed."""
+energy accounts closed, with guides, springs, forces and torques too."""
 
 import csv
 import math
@@ -17,6 +17,8 @@ from identity import expect_closed_account, expect_identical  # noqa: E402
 
 SCENE = pathlib.Path(__file__).resolve().with_name("rigid_bodies.toml")
 ROUNDING = 1e-12
+DRIVEN = {"ball": 'force = ["0", "0", "500"]\nspring = 1e4\n',
+          "brick": 'axis = [0.0, 2.0, 0.0]\naxis_point = [0.62, 0.5, 0.6]\nspring = 5.0\ntorque = ["0", "40 * cos(40 * t)", "0"]\n'}
 BALL = 7800.0 * 4.0 / 3.0 * math.pi * 0.13**3
 MASSES = {"ball": BALL, "brick": 0.1}
 OF_RANKS = {"imbalance", "repartitions", "moved_particles", "migrated_particles", "halo_bytes_largest [B]",
@@ -65,21 +67,41 @@ def check_turn(table):
 
 
 def check_energy(table):
-    """What a body gains is gravity's work, less its work on the material and what merging takes."""
+    """What a body gains is the work of gravity and of what drives it, less its work on the material and what merging takes."""
     for name in MASSES:
         kinetic = column(table, f"{name}.kinetic_energy [J]")
-        error = kinetic - kinetic[0] - column(table, f"{name}.gravity_work [J]") + column(
-            table, f"{name}.contact_work [J]") + column(table, f"{name}.merging_loss [J]")
+        error = kinetic - kinetic[0] - column(table, f"{name}.gravity_work [J]") - column(
+            table, f"{name}.applied_work [J]") + column(table, f"{name}.contact_work [J]") + column(table, f"{name}.merging_loss [J]")
         expect_small(error, kinetic.max(), f"energy of the {name}")
         if not column(table, f"{name}.merging_loss [J]")[-1] > 0.0:
             fail(f"the {name} never met the material")
 
 
+def driven_scene(work):
+    """The brick on an axis with a spring and a torque, the ball on a spring with a force."""
+    first, _, second = SCENE.read_text(encoding="utf-8").partition('[[rigid_bodies]]\nname = "brick"\n')
+    head, name, ball = first.partition('name = "ball"\n')
+    second = second.replace("velocity = [0.0, 0.0, 1.0]\nangular", "angular", 1)
+    (work / "driven.toml").write_text(
+        f'{head}{name}{DRIVEN["ball"]}{ball}[[rigid_bodies]]\nname = "brick"\n{DRIVEN["brick"]}{second}', encoding="utf-8")
+
+
+def check_axis(table):
+    """The brick's centre stays on its circle."""
+    arm = vectors(table, "brick.position", "m") - [0.62, 0.5, 0.6]
+    expect_small(numpy.linalg.norm(arm, axis=1) - numpy.linalg.norm(arm[0]), numpy.linalg.norm(arm[0]), "circle of the brick")
+    turn = column(table, "brick.turn [rad]")
+    angle = numpy.arctan2(arm[:, 0], arm[:, 2])
+    expect_small(angle - angle[0] - turn, 1.0, "turn of the brick")
+    if not numpy.abs(turn).max() > 0.05:
+        fail("the brick does not turn")
+
+
 def main():
     program, work = start(parse_arguments(__doc__))
 
-    def run(out, ranks, *more):
-        outcome = program.run(["run", str(SCENE), "--out", out, *more], ranks, work, 120)
+    def run(out, ranks, *more, scene=SCENE):
+        outcome = program.run(["run", str(scene), "--out", out, *more], ranks, work, 120)
         if outcome.code != 0:
             fail(f"the run in {out} on {ranks} ranks ended with {outcome.code}", outcome)
 
@@ -101,6 +123,14 @@ def main():
     expect_identical(program, work, work / "one", work / "again", last, "restarted on 3 ranks")
     if rows(work / "again")[-1]["ball.force_x [N]"] != table[-1]["ball.force_x [N]"]:
         fail("the restarted run gives another force")
+    driven_scene(work)
+    run("driven", 1, scene="driven.toml")
+    table = rows(work / "driven")
+    check_energy(table)
+    check_axis(table)
+    run("driven_again", 3, "--restart", str(work / "driven" / f"checkpoint_{middle:09d}.h5"), scene="driven.toml")
+    if rows(work / "driven_again")[-1]["brick.turn [rad]"] != table[-1]["brick.turn [rad]"]:
+        fail("the restarted run turns the brick elsewhere")
     text = SCENE.read_text(encoding="utf-8")
     first, _, rest = text.partition('[[rigid_bodies]]\nname = "brick"')
     (work / "alone.toml").write_text(first + rest[rest.index("[output]"):], encoding="utf-8")

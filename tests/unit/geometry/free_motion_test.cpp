@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 namespace bulkley {
 namespace {
@@ -21,7 +22,7 @@ Vec3 body_spin(const RigidState& state) {
 
 RigidState run(const Vec3& spin, double time, int n_steps) {
   RigidState state = spinning(spin);
-  for (int n = 0; n < n_steps; ++n) advance(top, time / n_steps, state);
+  for (int n = 0; n < n_steps; ++n) advance(top, std::nullopt, time / n_steps, state);
   return state;
 }
 
@@ -78,7 +79,7 @@ TEST(FreeMotion, EnergyAndMomentumToRounding) {
     const Vec3 angular = state.angular_momentum;
     double largest = 0.0;
     for (int n = 0; n < 10000; ++n) {
-      advance(top, dt, state);
+      advance(top, std::nullopt, dt, state);
       largest = std::max(largest, std::abs(kinetic_energy(top, state) / energy - 1.0));
     }
     EXPECT_LT(largest, 1e-12) << dt;
@@ -91,11 +92,40 @@ TEST(FreeMotion, GoesStraightAndBallsTurnEvenly) {
   RigidState state;
   state.momentum = Vec3(2.0, 0.0, -4.0);
   state.angular_momentum = Vec3(0.0, 0.0, 0.25);
-  advance(ball, 0.5, state);
+  advance(ball, std::nullopt, 0.5, state);
   EXPECT_TRUE(state.center.isApprox(Vec3(0.5, 0.0, -1.0), 1e-15));
   const double angle = 2.0 * std::atan(0.5 * 0.5 * 0.5);  // Cayley's map of the turn 0.25
   EXPECT_TRUE(state.rotation.isApprox(Eigen::Quaterniond(Eigen::AngleAxisd(angle, Vec3::UnitZ())), 1e-15));
   EXPECT_EQ(velocity(ball, state).at(state.center + Vec3::UnitX()), Vec3(1.0, 0.5, -2.0));
+}
+
+TEST(GuidedMotion, TurnsExactlyAboutItsAxis) {
+  const Guide hinge{Vec3(1.0, 2.0, 2.0) / 3.0, Vec3(0.3, -0.2, 0.1)};
+  RigidState start = spinning(Vec3::Zero());
+  start.center = Vec3(0.5, 0.4, 0.2);
+  set_rate(top, hinge, 1.5, start);
+  EXPECT_NEAR(rate_of(top, hinge, start), 1.5, 1e-14);
+  RigidState state = start;
+  const int n_steps = 1000;
+  const double turn = 2.0 * std::numbers::pi;
+  for (int n = 0; n < n_steps; ++n) advance(top, hinge, turn / 1.5 / n_steps, state);
+  EXPECT_LE((state.center - start.center).norm(), 1e-12);
+  EXPECT_LE((state.momentum - start.momentum).norm(), 1e-11);
+  EXPECT_LE(state.rotation.angularDistance(start.rotation), 1e-7);
+  EXPECT_NEAR(state.turn, turn, 1e-12);
+  EXPECT_NEAR(kinetic_energy(top, state), kinetic_energy(top, start), 1e-12);
+}
+
+TEST(GuidedMotion, KeepsWhatTheGuideLeavesOfMomenta) {
+  const Guide line{Vec3(0.6, 0.0, 0.8), std::nullopt};
+  RigidState state = spinning(Vec3(1.0, 2.0, 3.0));
+  state.momentum = Vec3(3.0, 5.0, 4.0);
+  EXPECT_NEAR(rate_of(top, line, state), 2.5, 1e-15);
+  set_rate(top, line, 2.5, state);
+  EXPECT_LE((state.momentum - Vec3(3.0, 0.0, 4.0)).norm(), 1e-15);
+  EXPECT_EQ(state.angular_momentum, Vec3(Vec3::Zero()));
+  advance(top, line, 2.0, state);
+  EXPECT_LE((state.center - 2.0 * state.momentum / top.mass).norm(), 1e-15);
 }
 
 }  // namespace
