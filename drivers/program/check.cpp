@@ -92,7 +92,7 @@ void print(const Scene& scene, const Forecast& f) {
   fmt::print("grid       {} x {} x {} cells of {:g} m; {} nodes, {} tiles\n", grid.n_cells[0], grid.n_cells[1],
              grid.n_cells[2], grid.cell_size, GlobalIndex{grid.n_nodes(0)} * grid.n_nodes(1) * grid.n_nodes(2),
              grid.n_tiles());
-  fmt::print("particles  {}\n", f.n_particles);
+  fmt::print("particles  {}{}\n", f.n_particles, scene.inflows.empty() ? "" : " at the end");
   fmt::print("\n{:<21}{:<21}{:>12}{:>12}{:>12}{:>10}{:>12}{:>10}{:>10}{:>10}\n", "body", "material", "particles",
              "mass [kg]", "U [m/s]", "L [m]", "c [m/s]", "Re", "Bi", "Ma");
   for (const BodyForecast& b : f.bodies)

@@ -14,9 +14,6 @@ namespace bulkley {
 
 namespace {
 
-constexpr double reach = 0.75;        // of a cell, across the section, as for sticky colliders
-constexpr double reach_behind = 1.5;  // cells behind the feed: the stencils of its last particles
-
 Mat3 cross_matrix(const Vec3& w) {
   Mat3 m;
   m << 0.0, -w[2], w[1], w[2], 0.0, -w[0], -w[1], w[0], 0.0;
@@ -83,24 +80,6 @@ void append_first_layers(const Physics& physics, const TileMap& map, int rank, P
     append_layers(physics, f, 0.0, 0, physics.feeds[f].n_born(0.0), map, rank, particles, unused);
 }
 
-std::vector<NodeConstraint> feed_constraints(const Physics& physics, std::span<const Int3> nodes,
-                                             std::span<const LocalIndex> places, double time, double dt) {
-  std::vector<NodeConstraint> result;
-  const double dx = physics.grid.cell_size;
-  for (std::size_t f = 0; f < physics.feeds.size(); ++f) {
-    const Feed& feed = physics.feeds[f];
-    if (!feed.runs(time)) continue;
-    const NozzleState nozzle = feed.at(time), middle = feed.at(std::min(time + 0.5 * dt, feed.end()));
-    for (std::size_t n = 0; n < nodes.size(); ++n) {
-      const Vec3 x = physics.grid.node_position(nodes[n]);
-      if (!feed.holds(nozzle, x, reach * dx, -feed.length() - reach_behind * dx)) continue;
-      result.push_back({places[n], Contact::sticky, 0.0, nozzle.axis, feed.velocity(middle, x),
-                        static_cast<std::int32_t>(physics.colliders.size() + f), x - nozzle.position});
-    }
-  }
-  return result;
-}
-
 void include_feeds(const Physics& physics, double time, StepBounds& bounds) {
   for (const Feed& feed : physics.feeds) {
     if (time >= feed.end()) continue;
@@ -159,6 +138,7 @@ void FeedParticles::carry(ParticleSet& particles, StepBounds& local, ParticleBlo
     const Feed& feed = physics_.feeds[f];
     const Now& now = now_[f];
     if (!now.runs) continue;
+    const Bounds box = feed.bounds(now.end, 0.0, -feed.length());
     for (LocalIndex p = block.begin; p < end; ++p) {
       const GlobalIndex id = particles.id()[p];
       if (feed.owns(id) && feed.layer_of(id) > now.released) {
@@ -168,8 +148,10 @@ void FeedParticles::carry(ParticleSet& particles, StepBounds& local, ParticleBlo
           left_.push_back(p);
         continue;
       }
+      if (now.stops) continue;
       const Vec3 x = particles.vector(Field::position, p);
-      if (!now.stops && feed.holds(now.end, x, 0.0, -feed.length()))
+      if ((x.array() < box.lower.array()).any() || (x.array() > box.upper.array()).any()) continue;
+      if (feed.holds(now.end, x, 0.0, -feed.length()))
         particles.set_vector(Field::position, p, x - (x - now.end.position).dot(now.end.axis) * now.end.axis);
     }
   }

@@ -18,12 +18,6 @@ void append_layers(const Physics& physics, std::size_t feed, double time, Global
 /// Appends all that the feeds hold at the time 0. Not collective.
 void append_first_layers(const Physics& physics, const TileMap& map, int rank, ParticleSet& particles);
 
-/// The constraints that the feeds put on nodes in the step from `time` to `time` + `dt`: sticky, where the feeds are at `time`,
-/// with the velocity of the middle of the step; numbered after the colliders. `nodes[n]`: grid indices of the node at `places[n]` of the
-/// caller's array. Not collective.
-std::vector<NodeConstraint> feed_constraints(const Physics& physics, std::span<const Int3> nodes,
-                                             std::span<const LocalIndex> places, double time, double dt);
-
 /// `bounds` with what enters while feeds run: its waves, viscosity and speed limit the step that it enters in. Not collective.
 void include_feeds(const Physics& physics, double time, StepBounds& bounds);
 

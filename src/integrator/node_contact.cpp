@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "integrator/feed_particles.hpp"
 #include "parallel/reproducible_sum.hpp"
 
 namespace bulkley {
@@ -17,7 +16,7 @@ ContactImpulses no_contact_impulses(const Physics& physics) {
 }
 
 NodeContact::NodeContact(const Physics& physics, const Comm& comm)
-    : physics_(physics), none_(no_contact_impulses(physics)), impulses_(none_), gauges_(physics) {
+    : physics_(physics), none_(no_contact_impulses(physics)), impulses_(none_), gauges_(physics), feeds_(physics) {
   if (physics.rigid_bodies.empty()) return;
   rigid_.emplace(physics, comm);
   rigid_received_ = ContactImpulses(physics.colliders.size() + physics.rigid_bodies.size(), 1.0, 1.0);
@@ -38,10 +37,7 @@ void NodeContact::fit(const Exchange& exchange) {
     image.behind = active[static_cast<std::size_t>(image.behind)];
     image.front = active[static_cast<std::size_t>(image.front)];
   }
-  if (!physics_.feeds.empty()) {
-    positions_ = nodes;
-    places_.assign(active.begin(), active.end());
-  }
+  if (!physics_.feeds.empty()) feeds_.fit(nodes, std::vector(active.begin(), active.end()), constraints_);
   gauges_.fit(constraints_, images_, nodes, active);
 }
 
@@ -57,8 +53,7 @@ void NodeContact::apply(double time, const GridUpdate& update, Node* nodes, Node
     moving_ones = moving;
   }
   if (rigid_) merge_bodies(time, update, moving_ones, nodes, change, received, account);
-  if (!physics_.feeds.empty())
-    account.apply(feed_constraints(physics_, positions_, places_, time, update.dt), nodes, change, received);
+  if (!physics_.feeds.empty()) account.apply(feeds_.at(time, update.dt, moving_ones), nodes, change, received);
   account.unfold(update, images_, nodes, change);
   gauges_.after_unfold(nodes, change, received);
 }
@@ -93,7 +88,7 @@ void NodeContact::set_impulses(const Comm& comm, const ContactImpulses& sums) {
 }
 
 std::size_t NodeContact::memory() const {
-  return (rigid_ ? rigid_->memory() : 0) + gauges_.memory() + images_.capacity() * sizeof(NodeImage) +
+  return (rigid_ ? rigid_->memory() : 0) + gauges_.memory() + feeds_.memory() + images_.capacity() * sizeof(NodeImage) +
          constraints_.capacity() * sizeof(NodeConstraint) + (moving_constraints_ ? moving_constraints_->memory() : 0);
 }
 

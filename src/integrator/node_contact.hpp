@@ -6,6 +6,7 @@
 
 #include "distribution/particle_grid.hpp"
 #include "integrator/contact_account.hpp"
+#include "integrator/feed_nodes.hpp"
 #include "integrator/gauge_contact.hpp"
 #include "integrator/physics.hpp"
 #include "integrator/rigid_contact.hpp"
@@ -73,8 +74,7 @@ class NodeContact {
   GaugeContact gauges_;
   std::optional<RigidContact> rigid_;  ///< only where there are rigid bodies
   ContactImpulses rigid_received_;     ///< of no use: the bodies' own sums have it
-  std::vector<Int3> positions_;        ///< of active nodes, only with feeds
-  std::vector<LocalIndex> places_;     ///< likewise
+  FeedNodes feeds_;
 };
 
 }  // namespace bulkley

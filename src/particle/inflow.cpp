@@ -243,8 +243,18 @@ bool Feed::holds(const NozzleState& nozzle, const Vec3& point, double margin, do
   const Vec3 arm = point - nozzle.position;
   const double along = arm.dot(nozzle.axis);
   if (along > 0.0 || along <= from) return false;
-  const Vec3 local = nozzle.rotation.transpose() * arm;
-  return signed_distance(inflow_.section, local.dot(first_), local.dot(second_)) <= margin;
+  return distance_to_edge(nozzle, point) <= margin;
+}
+
+double Feed::distance_to_edge(const NozzleState& nozzle, const Vec3& point) const {
+  const Vec3 local = nozzle.rotation.transpose() * (point - nozzle.position);
+  return signed_distance(inflow_.section, local.dot(first_), local.dot(second_));
+}
+
+Bounds Feed::bounds(const NozzleState& nozzle, double margin, double from) const {
+  const Vec3 middle = nozzle.position + 0.5 * from * nozzle.axis, half = 0.5 * from * nozzle.axis;
+  const Vec3 sides = half.cwiseAbs() + Vec3::Constant(1.000001 * (radius_ + std::sqrt(2.0) * margin));
+  return {middle - sides, middle + sides};
 }
 
 double Feed::speed_bound(double first, double last) const {

@@ -147,6 +147,11 @@ class Feed {
   /// Whether a point is in the nozzle, widened by `margin`, between `from` and 0 past the exit, m.
   bool holds(const NozzleState& nozzle, const Vec3& point, double margin, double from) const;
 
+  /// Signed distance of a point from the edge of the nozzle's section, m, negative inside.
+  double distance_to_edge(const NozzleState& nozzle, const Vec3& point) const;
+  /// A box around all that `holds` with these arguments.
+  Bounds bounds(const NozzleState& nozzle, double margin, double from) const;
+
   /// Speed that no point of the feed exceeds between two times, m/s.
   double speed_bound(double first, double last) const;
 

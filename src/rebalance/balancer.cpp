@@ -11,6 +11,7 @@ namespace bulkley {
 namespace {
 
 constexpr GlobalIndex first_check = 10;  // steps after the start
+constexpr double asked_growth = 1.2;     // of the most loaded rank since the last check, in scenes with inflows
 constexpr double check_share = 0.01;     // of the time that checks may take which no growth of the imbalance asks for
 
 }  // namespace
@@ -45,6 +46,7 @@ void Balancer::after_step(Solver& solver, GlobalIndex step) {
     decision = next_check(census);
   }
   average_in(check_seconds_, MPI_Wtime() - begin);
+  share_at_check_ = solver.bounds().transport.largest_share;
   const bool changes = proposal.partition.has_value();
   if (changes) {
     change(solver, std::move(*proposal.partition), proposal.busiest_moves);
@@ -73,6 +75,10 @@ bool Balancer::check_is_due(const Solver& solver, GlobalIndex step) {
         static_cast<GlobalIndex>(target_imbalance * static_cast<double>(bounds.totals.n_particles) / comm_.size());
     return true;
   }
+  // Inflows add particles to few ranks, and little imbalance accumulates while there are few.
+  if (!solver.physics().feeds.empty() &&
+      static_cast<double>(bounds.transport.largest_share) > asked_growth * static_cast<double>(share_at_check_))
+    return true;
   accumulated_imbalance_ += std::max<GlobalIndex>(0, bounds.transport.largest_share - reference_share_);
   return accumulated_imbalance_ > imbalance_budget_ || step - last_check_ >= check_interval_;
 }

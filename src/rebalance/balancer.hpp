@@ -66,6 +66,7 @@ class Balancer {
   Clock last_clock_;
   GlobalIndex last_check_, last_change_;   ///< step numbers
   GlobalIndex reference_share_ = -1;       ///< particles of the most loaded rank after the last change; below zero: none yet
+  GlobalIndex share_at_check_ = 0;         ///< particles of the most loaded rank at the last check
   GlobalIndex accumulated_imbalance_ = 0;  ///< since then: sum over steps of how many more particles it had
   GlobalIndex imbalance_budget_ = 0;       ///< above it a check is due: what check and change cost, in particles
   GlobalIndex check_interval_ = 0;         ///< steps after which a check is due in any case

@@ -38,12 +38,26 @@ double fastest_start(const GridGeometry& grid, const Body& body, const Bounds& b
   return fastest;
 }
 
+/// What follows from the speed, the size and the material.
+void set_numbers(const Scene& scene, double density, BodyForecast& f) {
+  const double u = f.speed;
+  const Material& material = scene.materials[f.material_index].material;
+  const CharacteristicStress stress =
+      characteristic_stress(material, u / f.size).value_or(CharacteristicStress{undefined, undefined});
+  f.wave_speed = wave_speed_at_rest(material);
+  f.reynolds = density * u * u / stress.total;
+  f.bingham = stress.yield / (stress.total - stress.yield);
+  f.mach = u / f.wave_speed;
+}
+
 BodyForecast body_forecast(const Comm& comm, const Scene& scene, const Body& body) {
   BodyForecast f;
   f.name = body.name;
   f.material = body.material;
+  f.material_index = body.material_index;
   Scene alone = scene;
   alone.bodies = {body};
+  alone.inflows.clear();
   f.n_particles = gather_census(comm, seeded_census(comm, alone)).n_particles();
   const double dx = scene.grid.cell_size;
   f.mass = static_cast<double>(f.n_particles) * body.density * dx * dx * dx / body.particles_per_cell;
@@ -52,15 +66,24 @@ BodyForecast body_forecast(const Comm& comm, const Scene& scene, const Body& bod
   f.size = (box.upper - box.lower).maxCoeff();
   f.speed = fastest_start(scene.grid, body, box);
   f.at_rest = f.speed == 0.0;
-  const double u = f.at_rest ? std::sqrt(scene.gravity.norm() * f.size) : f.speed;
-  const Material& material = scene.materials[body.material_index].material;
-  const CharacteristicStress stress =
-      characteristic_stress(material, u / f.size).value_or(CharacteristicStress{undefined, undefined});
-  f.wave_speed = wave_speed_at_rest(material);
-  f.reynolds = body.density * u * u / stress.total;
-  f.bingham = stress.yield / (stress.total - stress.yield);
-  f.mach = u / f.wave_speed;
-  if (f.at_rest) f.speed = u;
+  if (f.at_rest) f.speed = std::sqrt(scene.gravity.norm() * f.size);
+  set_numbers(scene, body.density, f);
+  return f;
+}
+
+/// At the end of the run.
+BodyForecast inflow_forecast(const Scene& scene, const Feed& feed) {
+  const Inflow& inflow = feed.inflow();
+  const double end_time = scene.time_stepping.end_time;
+  BodyForecast f;
+  f.name = inflow.name;
+  f.material = inflow.material;
+  f.material_index = inflow.material_index;
+  f.n_particles = feed.n_born(end_time) * static_cast<GlobalIndex>(feed.points().size());
+  f.mass = static_cast<double>(f.n_particles) * inflow.density * feed.particle_volume();
+  f.speed = feed.speed_bound(0.0, end_time);
+  f.size = std::sqrt(area(inflow.section));
+  set_numbers(scene, inflow.density, f);
   return f;
 }
 
@@ -144,11 +167,11 @@ Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks) {
   const TileCensus census = gather_census(comm, seeded_census(comm, scene));  // the root's; empty elsewhere
   const Physics physics = physics_of(scene);
   include_feeds(physics, 0.0, start);
-  GlobalIndex n_fed = 0;
-  const double end_time = scene.time_stepping.end_time;
+  GlobalIndex n_fed = 0;  // after the start
   for (const Feed& feed : physics.feeds) {
-    n_fed += feed.n_born(end_time) * static_cast<GlobalIndex>(feed.points().size());
-    start.motion.speed.include(feed.speed_bound(0.0, end_time), -1);
+    f.bodies.push_back(inflow_forecast(scene, feed));
+    n_fed += f.bodies.back().n_particles - feed.n_born(0.0) * static_cast<GlobalIndex>(feed.points().size());
+    start.motion.speed.include(f.bodies.back().speed, -1);
   }
   std::vector<GlobalIndex> share;
   std::vector<double> bytes{0.0};

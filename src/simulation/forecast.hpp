@@ -16,9 +16,11 @@ namespace bulkley {
 
 /// One body at the start of the run. Dimensionless numbers use the largest initial speed U of the body (sqrt(g L) where it
 /// starts at rest) and its size L, the largest side of its bounds; NaN where a number has no meaning for the material.
+/// A body, or an inflow: with the particles of the whole run, its largest speed and the section's size.
 struct BodyForecast {
   std::string name;
   std::string material;
+  std::size_t material_index = 0;
   GlobalIndex n_particles = 0;
   double mass = 0.0;        ///< kg
   double speed = 0.0;       ///< U, m/s
@@ -31,8 +33,8 @@ struct BodyForecast {
 };
 
 struct Forecast {
-  std::vector<BodyForecast> bodies;
-  GlobalIndex n_particles = 0;
+  std::vector<BodyForecast> bodies;  ///< those of the scene, then its inflows
+  GlobalIndex n_particles = 0;       ///< at the end, where inflows add to those of the start
   int n_ranks = 1;
   PartitionMethod method = PartitionMethod::uniform;  ///< that divides the work at the start
   std::optional<Boxes> boxes;                         ///< of the grid's nodes, where there are any

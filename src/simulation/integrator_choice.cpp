@@ -58,7 +58,7 @@ std::vector<Impact> impacts_of(const Scene& scene, const std::vector<BodyForecas
   int n_periodic = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) n_periodic += is_periodic(scene.faces, axis) ? 1 : 0;
   std::vector<Impact> impacts;
-  for (std::size_t b = 0; b < bodies.size(); ++b) {
+  for (std::size_t b = 0; b < boxes.size(); ++b) {
     if (bodies[b].at_rest || std::isnan(bodies[b].reynolds)) continue;  // solids bounce
     double earliest = scene.time_stepping.end_time;
     const auto meet = [&](const Box& other, const Vec3& velocity) {
@@ -83,7 +83,7 @@ IntegratorForecast forecast_with(IntegratorKind kind, const Scene& scene, const 
   settings = limited_by_fall(settings, scene.grid.cell_size, scene.gravity.norm());
   StepBounds bounds, viscous;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
-    const Material& material = scene.materials[scene.bodies[b].material_index].material;
+    const Material& material = scene.materials[bodies[b].material_index].material;
     bounds.motion.speed.include(bodies[b].speed, -1);
     bounds.motion.velocity_gradient.include(bodies[b].speed / bodies[b].size, -1);
     const Material limiting = explicit_part(settings, material);
@@ -104,12 +104,14 @@ IntegratorForecast forecast_with(IntegratorKind kind, const Scene& scene, const 
   return f;
 }
 
-// Once a material, in the order of bodies.
+// Once a material, in the order of bodies and inflows.
 template <class Visit>
 void for_each_used(const Scene& scene, Visit visit) {
   std::set<std::size_t> seen;
   for (const Body& body : scene.bodies)
     if (seen.insert(body.material_index).second) visit(scene.materials[body.material_index]);
+  for (const Inflow& inflow : scene.inflows)
+    if (seen.insert(inflow.material_index).second) visit(scene.materials[inflow.material_index]);
 }
 
 std::vector<std::string> notes_of(const Scene& scene) {

@@ -9,6 +9,7 @@
 #include "geometry/mesh_shape.hpp"
 #include "integrator/feed_particles.hpp"
 #include "integrator/petsc_solver.hpp"
+#include "kernel/cells.hpp"
 #include "kernel/stress_update.hpp"
 #include "magnetostatics/petsc_potential.hpp"
 #include "parallel/gather.hpp"
@@ -172,7 +173,29 @@ void expect_inside(const GridGeometry& grid, const ParticleSet& particles, const
   }
 }
 
-TileCensus seeded_census(const Comm& comm, const Scene& scene) { return count_share(comm, scene.grid, scene.bodies); }
+TileCensus seeded_census(const Comm& comm, const Scene& scene) {
+  TileCensus census = count_share(comm, scene.grid, scene.bodies);
+  if (scene.inflows.empty()) return census;
+  TileCensus all;
+  all.n_materials = static_cast<int>(scene.materials.size());
+  const auto add = [&all](const TileCensus& some) {
+    all.tile.insert(all.tile.end(), some.tile.begin(), some.tile.end());
+    all.cells.insert(all.cells.end(), some.cells.begin(), some.cells.end());
+    for (std::size_t t = 0; t < some.size(); ++t)
+      for (int m = 0; m < all.n_materials; ++m)
+        all.count.push_back(m < some.n_materials
+                                ? some.count[t * static_cast<std::size_t>(some.n_materials) + static_cast<std::size_t>(m)]
+                                : 0);
+  };
+  add(census);
+  if (comm.is_root()) {  // the feeds at the start, which are few
+    ParticleSet fed(optional_fields(scene));
+    const std::vector<std::int32_t> owners(static_cast<std::size_t>(scene.grid.n_tiles()), 0);
+    append_first_layers(physics_of(scene), TileMap(1, owners), 0, fed);
+    add(take_census(scene.grid, fed, all.n_materials));
+  }
+  return all;
+}
 
 TileTotals tile_totals(const Comm& comm, const GridGeometry& grid, const TileCensus& local, const CostModel& cost) {
   const auto n_tiles = static_cast<std::size_t>(grid.n_tiles());

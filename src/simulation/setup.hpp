@@ -42,7 +42,8 @@ std::string expect_same_scene(const std::string& file, const std::string& scene_
 /// Throws UsageError if a particle of the checkpoint `file` lies outside the domain. Not collective.
 void expect_inside(const GridGeometry& grid, const ParticleSet& particles, const std::string& file);
 
-/// What this rank's share of the tiles holds at the scene's start; each tile is in the share of one rank. Collective.
+/// What this rank's share of the tiles holds at the scene's start; each tile is in the share of one rank, and what feeds hold in
+/// that of the root. Collective.
 TileCensus seeded_census(const Comm& comm, const Scene& scene);
 
 /// What each tile holds and its estimated cost (tile_load), by TileIndex.
