@@ -120,7 +120,9 @@ class EnergyBudget {
     n_terms
   };
   std::size_t force_term(std::size_t force) const { return n_terms + force; }
-  std::size_t fed_term(std::size_t feed) const { return energy_term(n_faces + physics_.n_obstacles()) + 2 * feed; }
+  std::size_t fed_term(std::size_t feed) const {
+    return energy_term(n_faces + physics_.n_obstacles() + physics_.rigid_bodies.size()) + 2 * feed;
+  }
   std::size_t energy_term(std::size_t place) const { return n_terms + n_forces_ + 2 * place; }
 
   const Physics& physics_;

@@ -19,7 +19,7 @@ NodeContact::NodeContact(const Physics& physics, const Comm& comm)
     : physics_(physics), none_(no_contact_impulses(physics)), impulses_(none_), gauges_(physics), feeds_(physics) {
   if (physics.rigid_bodies.empty()) return;
   rigid_.emplace(physics, comm);
-  rigid_received_ = ContactImpulses(physics.colliders.size() + physics.rigid_bodies.size(), 1.0, 1.0);
+  rigid_received_ = ContactImpulses(physics.n_obstacles() + physics.rigid_bodies.size(), 1.0, 1.0);
 }
 
 void NodeContact::fit(const Exchange& exchange) {

@@ -45,7 +45,7 @@ struct Physics {
   std::vector<RigidBody> rigid_bodies = {};
   std::vector<Feed> feeds = {};
 
-  /// Places of contact beside the faces: the colliders, then the feeds. (Rigid bodies follow the colliders: no scene has both.)
+  /// Places of contact beside the faces: the colliders, then the feeds. Rigid bodies come after them.
   std::size_t n_obstacles() const { return colliders.size() + feeds.size(); }
 };
 

@@ -102,7 +102,7 @@ void RigidContact::find_held(std::span<const NodeConstraint> moving, double smal
     const RigidBody& body = bodies_[*owner];
     const Vec3 arm = nearest_arm(physics_.grid, states_[*owner].center, x);
     held_.push_back({places_[n], body.contact, 0.0, outward_normal(body.shape, poses[*owner], states_[*owner].center + arm),
-                     Vec3::Zero(), static_cast<std::int32_t>(physics_.colliders.size() + *owner), arm});
+                     Vec3::Zero(), static_cast<std::int32_t>(physics_.n_obstacles() + *owner), arm});
     is_held[place] = 1;
   }
   for (const std::span<const NodeConstraint> walls : {std::span<const NodeConstraint>(walls_), moving})
@@ -112,7 +112,7 @@ void RigidContact::find_held(std::span<const NodeConstraint> moving, double smal
 
 // m J^T N J and m J^T N v of a node, N = 1 or n n^T, lengths in units of the body's reach.
 void RigidContact::add_node(const NodeConstraint& constraint, const Node& node) {
-  const auto body = static_cast<std::size_t>(constraint.collider) - physics_.colliders.size();
+  const auto body = static_cast<std::size_t>(constraint.collider) - physics_.n_obstacles();
   const Vec3 arm = constraint.arm / scale(body), velocity = vector_of(node);
   const auto add_direction = [&](const Vec3& direction) {
     Vec6 row;
@@ -223,7 +223,7 @@ void RigidContact::merge(double time, const GridUpdate& update, std::span<const 
   for (std::size_t b = 0; b < bodies_.size(); ++b) velocities.push_back(solve(b, time, update, all));
   for (NodeConstraint& constraint : held_)
     constraint.velocity =
-        velocities[static_cast<std::size_t>(constraint.collider) - physics_.colliders.size()].at(constraint.arm);
+        velocities[static_cast<std::size_t>(constraint.collider) - physics_.n_obstacles()].at(constraint.arm);
 }
 
 void RigidContact::accept(double time, double dt) {

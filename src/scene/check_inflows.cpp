@@ -61,15 +61,20 @@ std::string gap_fault(const Scene& scene, const NozzleState& nozzle, double time
   return {};
 }
 
-/// The body of material that the feed is seeded in; nullptr if there is none.
-const Body* body_in_feed(const Scene& scene, const Feed& feed) {
-  if (feed.start() > 0.0) return nullptr;
+/// What stands in the feed at the start; empty when nothing does.
+std::string start_fault(const Scene& scene, const Feed& feed) {
+  if (feed.start() > 0.0) return {};
   const NozzleState nozzle = feed.at(0.0);
   for (const Feed::Point& point : feed.points())
-    for (const double along : {-0.5 * scene.grid.cell_size, -feed.length()})
+    for (const double along : {-0.5 * scene.grid.cell_size, -feed.length()}) {
+      const Vec3 x = nozzle.position + nozzle.rotation * point.offset + along * nozzle.axis;
       for (const Body& body : scene.bodies)
-        if (contains(body.shape, nozzle.position + nozzle.rotation * point.offset + along * nozzle.axis)) return &body;
-  return nullptr;
+        if (contains(body.shape, x))
+          return fmt::format("has its feed inside body '{}'; seed the body outside of it", body.name);
+      for (const RigidBody& body : scene.rigid_bodies)
+        if (contains(body.shape, x)) return fmt::format("has its feed inside rigid body '{}'", body.name);
+    }
+  return {};
 }
 
 }  // namespace
@@ -84,9 +89,7 @@ void check_inflows(const Scene& scene) {
     const Feed& feed = feeds[f];
     const Inflow& inflow = feed.inflow();
     const bool moves = !inflow.key_frames.empty() || inflow.motion.moves();
-    std::string fault;
-    if (const Body* body = body_in_feed(scene, feed))
-      fault = fmt::format("has its feed inside body '{}'; seed the body outside of it", body->name);
+    std::string fault = start_fault(scene, feed);
     const double last = std::min(feed.end(), end_time);
     const int n_times = (moves || !all_rest || feeds.size() > 1) && last > feed.start() ? n_looks : 0;
     for (int n = 0; n <= n_times && fault.empty(); ++n) {

@@ -107,8 +107,6 @@ void join_rigid_bodies(const config::Value& root, Scene& scene, config::Faults& 
                                "have the same names",
                                name->path, name->text));
   }
-  if (const config::Value* const inflows = root.find("inflows"); inflows && !inflows->items.empty())
-    faults.add(list->place, "'rigid_bodies' and 'inflows' cannot be in one scene yet; leave out one of the two");
   if (list->items.size() > most_bodies)
     faults.add(list->place,
                fmt::format("'rigid_bodies' has {} entries; at most {} are possible", list->items.size(), most_bodies));

@@ -210,8 +210,8 @@ std::vector<HistoryValue> history_row(const Scene& scene, const SimulationState&
   }
   for (std::size_t body = 0; body < measured.bodies.size(); ++body) {
     for (const double value : measured.bodies[body]) row.emplace_back(value);
-    row.emplace_back(energies.contact_loss[n_faces + n_colliders + body]);
-    row.emplace_back(energies.contact_work[n_faces + n_colliders + body]);
+    row.emplace_back(energies.contact_loss[n_faces + n_colliders + n_inflows + body]);
+    row.emplace_back(energies.contact_work[n_faces + n_colliders + n_inflows + body]);
   }
   for (const double reach : measured.reaches) row.emplace_back(reach);
   for (std::size_t g = 0; g < n_gauges; ++g) {

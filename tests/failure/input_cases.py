@@ -210,6 +210,11 @@ INPUT_CASES = [
         "129 inflows, 1 bodies and 4096 cells need more particle ids than 2.63"),
     inflow_value("without_its_file", inflow("", '"head.csv"', place="key_frames_file"),
                  "inflow 'nozzle': key_frames_file '.*head.csv' cannot be opened"),
+    inflow_value("in_rigid_body", inflow('speed = 1\n[[rigid_bodies]]\nname = "weight"\ndensity = 1000\nshape = { type = "sphere", '
+                                         'center = [0.08, 0.08, 0.13], radius = 0.015 }'),
+                 "inflow 'nozzle' has its feed inside rigid body 'weight'"),
+    Case("value_inflow_with_imex", USAGE, PLACE + r"\[\[inflows\]\] need 'time\.integrator' = \"explicit\"",
+         replace={"at_end = true": inflow("speed = 1"), "end = 0.01": 'end = 0.01\nintegrator = "imex"'}, arguments=CHECK, ranks=(1,)),
     Case("value_inflow_frames_of_words", USAGE, "key_frames_file '.*head.csv' line 2 is not five numbers t, x, y, z, e",
          replace={"at_end = true": inflow("", '"head.csv"', place="key_frames_file")}, arguments=CHECK, ranks=(1,),
          prepare=lambda folder, program, scene: (folder / "head.csv").write_text("t,x,y,z,e\n0,1,2\n")),

@@ -1,10 +1,14 @@
 #!/usr/bin/env python3
 """Material that enters through nozzles that move and turn gives the same bits on any number of ranks and through a restart between two
-layers, also where steps are rejected; what has entered is counted, no particle is lost, and the energy account closes."""
+layers, also where steps are rejected; what has entered is counted, no particle is lost, and the accounts of energy and
+momentum close."""
 
 import csv
+import math
 import pathlib
 import sys
+
+import numpy
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 from bulkley_program import fail, parse_arguments, start  # noqa: E402
@@ -16,6 +20,8 @@ VARIANTS = (("apic", [], (2, 3, 7), (3, 2)), ("moment_flip", ['transfer.scheme="
             ("trials", ['partition.method="metis"', "time.deformation_limit=0.01", "time.trial_interval=1", "time.growth=2"], (3,),
              (3, 2)))
 FEEDS = ("disc", "bar")
+LUMP = 2000.0 * 4.0 / 3.0 * math.pi * 0.025**3  # kg, the rigid body
+GRAVITY = numpy.array([0.0, 0.0, -9.81])
 
 
 def run(program, work, out, ranks, steps, overrides, *more):
@@ -42,6 +48,26 @@ def expect_counted(folder):
         fail(f"{folder.name}: nothing has entered")
 
 
+def expect_momentum(folder):
+    """Of the material and of the rigid body: what gravity, nozzles and the collider give in each step, but for rounding."""
+    with open(folder / "history.csv", encoding="utf-8") as table:
+        rows = list(csv.DictReader(table))
+
+    def column(name):
+        return numpy.array([float(row[name]) for row in rows])
+
+    def vectors(name, unit):
+        return numpy.stack([column(f"{name}_{axis} [{unit}]") for axis in "xyz"], axis=1)
+
+    duration = numpy.diff(column("time [s]"))[:, None]
+    mass = column("mass [kg]")[:-1, None] + LUMP
+    momentum = vectors("momentum", "kg m/s") + LUMP * vectors("lump.velocity", "m/s")
+    received = sum(vectors(f"{feed}.feed_force", "N") - vectors(f"{feed}.force", "N") for feed in FEEDS) - vectors("arm.force", "N")
+    off = numpy.abs(numpy.diff(momentum, axis=0) - duration * (received[1:] + mass * GRAVITY)).max()
+    if not off <= 1e-13 * numpy.abs(momentum).max():
+        fail(f"{folder.name}: momentum is off by {off} kg m/s in a step")
+
+
 def main():
     arguments = parse_arguments(__doc__)
     program, work = start(arguments)
@@ -49,6 +75,7 @@ def main():
         whole = run(program, work, f"{name}_1", 1, STEPS, overrides)
         expect_closed_account(whole, name)
         expect_counted(whole)
+        expect_momentum(whole)
         if name == "trials" and not int(last_row(whole)["rejected_steps"]) > 0:
             fail("no step was rejected")
         for ranks in rank_counts:
