@@ -30,7 +30,7 @@ BODIES = ["run", str(ROOT / "drivers/scenes/jet.toml"), "--out", "bodies", "--qu
           "--set", "domain.cell_size=0.025", "--set", "output.history_interval=1", "--set", "output.frame_interval=0",
           "--set", 'rigid_bodies=[{name="weight",density=1e3,shape={type="sphere",center=[0.7,0.2,0.2],radius=0.06}}]']  # no imex
 INFLOW = ["run", str(ROOT / "tests/system/inflow.toml"), "--out", "inflow", "--quiet", "--max-steps", "1"]
-MEASURED = ("plate", "tip", "patch", "weight", "bar", "disc", "arm")  # names of columns
+MEASURED = ("plate", "tip", "patch", "weight", "bar", "disc", "arm", "lump")  # names of columns
 
 
 def names_in(files):
