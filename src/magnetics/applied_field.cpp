@@ -114,6 +114,19 @@ Mat3 own_axes(const Vec3& axis, const Vec3& side) {
   return axes;
 }
 
+std::optional<Shape> body_of(const FieldSource& source) {
+  if (const auto* const box = std::get_if<BoxMagnet>(&source.kind)) {
+    const Eigen::AngleAxisd turn(own_axes(box->axis, box->side));
+    const auto block = std::make_shared<const Shape>(Shape{Box{-0.5 * box->sizes, 0.5 * box->sizes}});
+    return Shape{Placed{block, turn.axis(), turn.angle(), Vec3::Zero(), box->center}};
+  }
+  if (const auto* const cylinder = std::get_if<CylinderMagnet>(&source.kind)) {
+    const Vec3 half = 0.5 * cylinder->length * cylinder->axis.normalized();
+    return Shape{Cylinder{cylinder->center - half, cylinder->center + half, cylinder->radius}};
+  }
+  return std::nullopt;
+}
+
 /// A source made ready: its formulas parsed, its axes found, its pose and amplitude those of `time_`.
 struct AppliedField::Source {
   FieldSource given;

@@ -3,6 +3,7 @@
 
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -60,6 +61,9 @@ struct FieldSource {
 /// Axes of a source as columns of a rotation: z along `axis`, x along the part of `side` across it; a `side` of zero means x, or y
 /// where `axis` is nearer to x than 45 degrees. Precondition: `side` is not along `axis`. Not collective.
 Mat3 own_axes(const Vec3& axis, const Vec3& side = Vec3::Zero());
+
+/// The body of a box or cylinder magnet, at the place that its centre and axes give; none for other sources. Not collective.
+std::optional<Shape> body_of(const FieldSource& source);
 
 /// H_0(x, t): the sum of the sources. Inside a magnet it is B/mu_0 of that magnet; infinite or NaN on a dipole, on a thin wire and on
 /// the edges of a magnet. Outside of them every source but formulas has neither divergence nor curl. Evaluations keep the last

@@ -1,13 +1,36 @@
 #include "simulation/outputs/frame_output.hpp"
 
+#include <fmt/format.h>
+
 #include "simulation/setup.hpp"
 
 namespace bulkley {
 
+namespace {
+
+/// What stands among the material or beside it: colliders, and magnets as if they were some, where no collider has their shape.
+std::vector<Collider> shown_obstacles(const Scene& scene) {
+  std::vector<Collider> shown = scene.colliders;
+  if (!scene.magnetics) return shown;
+  int number = 0;
+  for (const FieldSource& source : scene.magnetics->sources) {
+    ++number;
+    if (source.moves_with) continue;  // a collider is drawn there
+    if (const std::optional<Shape> body = body_of(source)) {
+      Collider& magnet = shown.emplace_back();
+      magnet.name = fmt::format("magnet {}", number);
+      magnet.shape = *body;
+    }
+  }
+  return shown;
+}
+
+}  // namespace
+
 FrameOutput::FrameOutput(Run& run, GlobalIndex restart_step) {
   const Bounds domain{run.scene.grid.lower, run.scene.grid.upper()};
   if (run.scene.output.frame_interval > 0.0)
-    colliders_ = ColliderSurfaces(run.scene.colliders, run.scene.rigid_bodies, domain);
+    colliders_ = ColliderSurfaces(shown_obstacles(run.scene), run.scene.rigid_bodies, domain);
   colliders_.write(run.comm, run.options.folder);
   series_.emplace(run.comm, run.options.folder, restart_step);  // lists the colliders if their file is there
   for (const std::string& warning : series_->warnings()) run.warn(warning);

@@ -205,5 +205,29 @@ TEST(AppliedField, KnowsWhenSourcesChange) {
   EXPECT_FALSE(AppliedField({formula}).changes(0.0, 0.1));
 }
 
+TEST(MagnetBodies, StandWhereTheirPolesAre) {
+  FieldSource source;
+  BoxMagnet box;
+  box.center = Vec3(0.1, 0.2, 0.3);
+  box.axis = Vec3(0.0, 2.0, 0.0);
+  box.side = Vec3::UnitX();
+  box.sizes = Vec3(0.04, 0.06, 0.02);
+  source.kind = box;
+  const Shape block = *body_of(source);
+  EXPECT_NEAR(signed_distance(block, box.center), -0.01, 1e-15);
+  EXPECT_NEAR(signed_distance(block, box.center + Vec3(0.0, 0.015, 0.0)), 0.005, 1e-15);
+  EXPECT_NEAR(signed_distance(block, box.center + Vec3(0.025, 0.0, 0.0)), 0.005, 1e-15);
+  EXPECT_NEAR(signed_distance(block, box.center + Vec3(0.0, 0.0, 0.035)), 0.005, 1e-15);
+  CylinderMagnet rod;
+  rod.axis = Vec3(0.0, 0.0, 3.0);
+  rod.radius = 0.01;
+  rod.length = 0.1;
+  source.kind = rod;
+  EXPECT_NEAR(signed_distance(*body_of(source), Vec3(0.0, 0.0, 0.06)), 0.01, 1e-15);
+  EXPECT_NEAR(signed_distance(*body_of(source), Vec3(0.015, 0.0, 0.0)), 0.005, 1e-15);
+  source.kind = Coil{};
+  EXPECT_FALSE(body_of(source));
+}
+
 }  // namespace
 }  // namespace bulkley
