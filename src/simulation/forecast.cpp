@@ -15,6 +15,7 @@
 #include "rebalance/share.hpp"
 #include "simulation/film_warnings.hpp"
 #include "simulation/forecast.hpp"
+#include "simulation/inflow_warnings.hpp"
 #include "simulation/setup.hpp"
 
 namespace bulkley {
@@ -167,6 +168,7 @@ Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks) {
   const TileCensus census = gather_census(comm, seeded_census(comm, scene));  // the root's; empty elsewhere
   const Physics physics = physics_of(scene);
   include_feeds(physics, 0.0, start);
+  for (const std::string& warning : inflow_warnings(scene, physics.feeds)) f.warnings.push_back(warning);
   GlobalIndex n_fed = 0;  // after the start
   for (const Feed& feed : physics.feeds) {
     f.bodies.push_back(inflow_forecast(scene, feed));

@@ -74,6 +74,11 @@ def inflow_value(name, text, sentence):
     return value("inflow_" + name, "at_end = true", text, PLACE + sentence)
 
 
+def inflow_warning(name, text, sentence):
+    return Case("warning_of_inflow_" + name, 0, "warning: inflow 'nozzle' " + sentence, replace={"at_end = true": text},
+                arguments=CHECK, ranks=(1,))
+
+
 CELL = "cell_size = 0.01"
 BALL = "{ type = \"sphere\", center = [0.08, 0.08, 0.05], radius = 0.03 }"
 FIELD = "particles_per_cell = 8"
@@ -213,6 +218,11 @@ INPUT_CASES = [
     inflow_value("in_rigid_body", inflow('speed = 1\n[[rigid_bodies]]\nname = "weight"\ndensity = 1000\nshape = { type = "sphere", '
                                          'center = [0.08, 0.08, 0.13], radius = 0.015 }'),
                  "inflow 'nozzle' has its feed inside rigid body 'weight'"),
+    inflow_warning("narrow", inflow("speed = 1", radius=0.015), "is 6 particles wide: with fewer than 8 its section is coarse"),
+    inflow_warning("near_a_wall", inflow("speed = 1\ndirection = [-1, 0, 0]", "[0.03, 0.08, 0.12]"),
+                   "has a wall 3 cells in front of its exit; with fewer than 4"),
+    inflow_warning("drawn", inflow("", "[[0, 0.05, 0.08, 0.12, 0], [0.01, 0.08, 0.08, 0.12, 1.25663706e-6]]", place="key_frames"),
+                   "moves 30 times as fast as the material in its exit: from 2 on"),
     Case("value_inflow_with_imex", USAGE, PLACE + r"\[\[inflows\]\] need 'time\.integrator' = \"explicit\"",
          replace={"at_end = true": inflow("speed = 1"), "end = 0.01": 'end = 0.01\nintegrator = "imex"'}, arguments=CHECK, ranks=(1,)),
     Case("value_inflow_frames_of_words", USAGE, "key_frames_file '.*head.csv' line 2 is not five numbers t, x, y, z, e",
