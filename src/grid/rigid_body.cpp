@@ -12,12 +12,12 @@
 namespace bulkley {
 
 namespace {
-constexpr std::size_t most_points = 4096;
 
 // A guided body's velocity at the start is along its freedom, which the scene's rules make sure of.
 double start_rate(const RigidBody& body, const Guide& guide) {
   return guide.direction.dot(guide.point ? body.angular_velocity : body.velocity);
 }
+
 }  // namespace
 
 std::optional<std::string> mass_fault(const RigidBody& body) {
@@ -36,7 +36,7 @@ std::optional<std::string> mass_fault(const RigidBody& body) {
   return std::nullopt;
 }
 
-RigidStart start_of(const RigidBody& body) {
+RigidStart start_of(const RigidBody& body, double spacing) {
   const MassProperties properties = *mass_properties(body.shape);
   const double density = body.density ? *body.density : *body.mass / properties.volume;
   const PrincipalFrame frame = principal_frame(properties.inertia);
@@ -54,8 +54,7 @@ RigidStart start_of(const RigidBody& body) {
   if (start.guide) set_rate(start.mass, *start.guide, start_rate(body, *start.guide), start.state);
   const TriangleMesh surface = surface_of(body.shape, bounds(body.shape));
   for (const Vec3& x : surface.vertices) start.reach = std::max(start.reach, (x - properties.center).norm());
-  const std::size_t stride = surface.vertices.size() / most_points + 1;
-  for (std::size_t v = 0; v < surface.vertices.size(); v += stride) start.surface.push_back(surface.vertices[v]);
+  start.surface = contact_points(body.shape, spacing);
   return start;
 }
 
@@ -80,29 +79,38 @@ Vec3 nearest_arm(const GridGeometry& grid, const Vec3& center, const Vec3& point
 
 std::optional<std::string> obstacle_of(const GridGeometry& grid, const std::vector<Collider>& colliders,
                                        const std::vector<RigidBody>& bodies, const std::vector<RigidStart>& starts,
-                                       const std::vector<RigidState>& states, std::size_t number, double time) {
-  const double allowed = 0.5 * grid.cell_size;
+                                       const std::vector<RigidState>& states, std::size_t number, double time,
+                                       double allowed) {
   const Pose pose = pose_of(starts[number], states[number]);
   const Vec3 upper = grid.upper();
   std::vector<Pose> collider_poses, body_poses;
   for (const Collider& collider : colliders) collider_poses.push_back(collider.motion.pose(time));
   for (std::size_t b = 0; b < bodies.size(); ++b) body_poses.push_back(pose_of(starts[b], states[b]));
-  for (const Vec3& rest : starts[number].surface) {
-    const Vec3 x = pose.to_world(rest);
+  for (const ContactPoint& rest : starts[number].surface) {
+    const ContactPoint point = moved(rest, pose);
+    const Vec3& x = point.place;
     for (int a = 0; a < 3; ++a) {
       if (grid.periodic[static_cast<std::size_t>(a)]) continue;
       const auto face = 2 * static_cast<std::size_t>(a);
-      if (!(x[a] >= grid.lower[a] - allowed)) return fmt::format("face {}", face_names[face]);
-      if (!(x[a] <= upper[a] + allowed)) return fmt::format("face {}", face_names[face + 1]);
+      const double r =
+          point.radius * Vec3::Unit(a).cross(point.axis.isZero(0.0) ? Vec3::Unit((a + 1) % 3) : point.axis).norm();
+      if (!(x[a] - r >= grid.lower[a] - allowed)) return fmt::format("face {}", face_names[face]);
+      if (!(x[a] + r <= upper[a] + allowed)) return fmt::format("face {}", face_names[face + 1]);
     }
+    const auto reaches_into = [&](const Shape& shape, const Pose& other, const Vec3& shift) {
+      ContactPoint shifted = point;
+      shifted.place += shift;
+      const auto place = nearest_place(shifted, [&](const Vec3& at) { return outward_normal(shape, other, at); });
+      return place && signed_distance(shape, other, *place) < -allowed;
+    };
     for (std::size_t c = 0; c < colliders.size(); ++c)
-      if (signed_distance(colliders[c].shape, collider_poses[c], x) < -allowed)
+      if (reaches_into(colliders[c].shape, collider_poses[c], Vec3::Zero()))
         return fmt::format("collider '{}'", colliders[c].name);
     for (std::size_t b = 0; b < bodies.size(); ++b) {
       if (b == number) continue;
       const Vec3 arm = nearest_arm(grid, states[b].center, x);
-      if (arm.norm() <= starts[b].reach &&
-          signed_distance(bodies[b].shape, body_poses[b], states[b].center + arm) < -allowed)
+      if (arm.norm() - point.radius <= starts[b].reach &&
+          reaches_into(bodies[b].shape, body_poses[b], states[b].center + arm - x))
         return fmt::format("rigid body '{}'", bodies[b].name);
     }
   }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "config/formula.hpp"
+#include "geometry/contact_points.hpp"
 #include "geometry/free_motion.hpp"
 #include "grid/boundary.hpp"
 
@@ -26,6 +27,8 @@ struct RigidBody {
   std::optional<Vec3> axis_point{};      ///< m, ... through here; none: through the centre of mass
   std::optional<Vec3> line{};            ///< or it only moves along this direction
   double spring = 0.0;                   ///< N/m, or N m/rad with an axis: back to where it begins
+  double restitution = 0.0;              ///< rebound over approach in collisions
+  double friction = 0.5;                 ///< Coulomb coefficient in collisions
 };
 
 /// A body as it begins, and its place in its own frame.
@@ -33,16 +36,16 @@ struct RigidStart {
   RigidMass mass;
   std::optional<Guide> guide;
   RigidState state;
-  RigidState rest;            ///< where the scene puts it, without motion
-  std::vector<Vec3> surface;  ///< m, points of its surface where the scene puts it; at most 4096
-  double reach = 0.0;         ///< m, no point is farther from the centre of mass
+  RigidState rest;                    ///< where the scene puts it, without motion
+  std::vector<ContactPoint> surface;  ///< where the scene puts it
+  double reach = 0.0;                 ///< m, no point is farther from the centre of mass
 };
 
 /// Why a body of this shape cannot move freely, as the end of a sentence that begins with its name; none if it can. Needs meshes. Not
 /// collective.
 std::optional<std::string> mass_fault(const RigidBody& body);
-/// Precondition: no fault. Not collective.
-RigidStart start_of(const RigidBody& body);
+/// `spacing`: of points of its surface, m. Precondition: no fault. Not collective.
+RigidStart start_of(const RigidBody& body, double spacing);
 /// From where the scene puts it to where it is. Not collective.
 Pose pose_of(const RigidStart& start, const RigidState& state);
 
@@ -53,10 +56,11 @@ double reach_of_hold(const GridGeometry& grid, const RigidBody& body);
 /// From a body's centre to a point of the domain: to the nearest of its images along periodic axes, m. Not collective.
 Vec3 nearest_arm(const GridGeometry& grid, const Vec3& center, const Vec3& point);
 
-/// What body `number` has run into by more than half a cell at `time`: "face z_lower", "collider 'cup'", "rigid body 'ball'"; none if
-/// nothing. Not collective.
+/// What body `number` reaches into by more than `allowed`, m, at `time`: "face z_lower", "collider 'cup'", "rigid body 'ball'"; none
+/// if nothing. Not collective.
 std::optional<std::string> obstacle_of(const GridGeometry& grid, const std::vector<Collider>& colliders,
                                        const std::vector<RigidBody>& bodies, const std::vector<RigidStart>& starts,
-                                       const std::vector<RigidState>& states, std::size_t number, double time);
+                                       const std::vector<RigidState>& states, std::size_t number, double time,
+                                       double allowed);
 
 }  // namespace bulkley

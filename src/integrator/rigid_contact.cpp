@@ -34,6 +34,8 @@ Vec6 solved(Mat6 a, Vec6 b) {
   return b;
 }
 
+constexpr double deepest_overlap = 1.0;  // cells; deeper is no collision any more
+
 std::optional<VectorField> field_of(const VectorFormula& formula) {
   return formula.given() ? std::optional<VectorField>(formula) : std::nullopt;
 }
@@ -52,11 +54,12 @@ RigidContact::RigidContact(const Physics& physics, const Comm& comm)
     : physics_(physics),
       comm_(comm),
       bodies_(physics.rigid_bodies),
+      collisions_(physics.grid, physics.faces, physics.colliders, bodies_, starts_),
       accounts_(bodies_.size()),
       trials_(bodies_.size()),
       sums_(n_sums * bodies_.size(), mass_of_a_cell(physics)) {
   for (RigidBody& body : bodies_) {
-    starts_.push_back(start_of(body));
+    starts_.push_back(start_of(body, physics.grid.cell_size));
     drives_.push_back({field_of(body.force), field_of(body.torque)});
     states_.push_back(starts_.back().state);
     body.shape = sampled_for_contact(body.shape, physics.grid.cell_size);
@@ -227,11 +230,15 @@ void RigidContact::merge(double time, const GridUpdate& update, std::span<const 
 }
 
 void RigidContact::accept(double time, double dt) {
+  const std::vector<RigidState> before = states_;
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    states_[b].momentum = trials_[b].momentum;
+    states_[b].angular_momentum = trials_[b].angular_momentum;
+  }
+  std::vector<CollisionEffect> collisions = collisions_.collide(time - dt, dt, before, states_);
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     const Trial& trial = trials_[b];
     Account& account = accounts_[b];
-    states_[b].momentum = trial.momentum;
-    states_[b].angular_momentum = trial.angular_momentum;
     account.impulse += trial.impulse;
     account.angular_impulse += trial.angular_impulse;
     account.duration += dt;
@@ -240,14 +247,18 @@ void RigidContact::accept(double time, double dt) {
     account.merging_loss += trial.merging_loss;
     advance(starts_[b].mass, starts_[b].guide, dt, states_[b]);
   }
+  collisions_.push_out(dt, states_, collisions);
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    accounts_[b].collision_impulse += collisions[b].impulse;
+    accounts_[b].collision_work += collisions[b].work;
+  }
+  const double allowed = deepest_overlap * physics_.grid.cell_size;
   for (std::size_t b = 0; b < bodies_.size(); ++b)
-    if (const auto obstacle = obstacle_of(physics_.grid, physics_.colliders, bodies_, starts_, states_, b, time))
-      throw StepFailure(
-          fmt::format(
-              "rigid body '{}' has run into {} by more than half a cell; contacts of rigid bodies with walls and with "
-              "each other are not computed: end the run before, or give it more room",
-              bodies_[b].name, *obstacle),
-          states_[b].center);
+    if (const auto obstacle = obstacle_of(physics_.grid, physics_.colliders, bodies_, starts_, states_, b, time, allowed))
+      throw StepFailure(fmt::format("rigid body '{}' reaches into {} by more than {:g} cells: it is squeezed between things "
+                                    "that do not give way, or leaves the domain where there is no wall",
+                                    bodies_[b].name, *obstacle, deepest_overlap),
+                        states_[b].center);
 }
 
 double RigidContact::speed_bound(double duration) const {
@@ -268,11 +279,15 @@ std::vector<Pose> RigidContact::poses() const {
 
 std::vector<std::string> RigidContact::columns() {
   std::vector<std::string> columns;
-  for (const auto& [quantity, unit] :
-       {std::pair{"position", "m"}, {"velocity", "m/s"}, {"spin", "rad/s"}, {"force", "N"}, {"torque", "N m"}})
+  for (const auto& [quantity, unit] : {std::pair{"position", "m"},
+                                       {"velocity", "m/s"},
+                                       {"spin", "rad/s"},
+                                       {"force", "N"},
+                                       {"torque", "N m"},
+                                       {"collision_force", "N"}})
     for (const char* axis : {"x", "y", "z"}) columns.push_back(fmt::format("{}_{} [{}]", quantity, axis, unit));
   columns.emplace_back("turn [rad]");
-  for (const char* energy : {"kinetic_energy", "gravity_work", "applied_work", "merging_loss"})
+  for (const char* energy : {"kinetic_energy", "gravity_work", "applied_work", "merging_loss", "collision_work"})
     columns.push_back(fmt::format("{} [J]", energy));
   return columns;
 }
@@ -285,20 +300,21 @@ std::vector<std::vector<double>> RigidContact::history() const {
     const double per_second = account.duration > 0.0 ? 1.0 / account.duration : 0.0;
     std::vector<double>& row = rows.emplace_back();
     for (const Vec3& v : {states_[b].center, now.velocity, now.angular_velocity, Vec3(per_second * account.impulse),
-                          Vec3(per_second * account.angular_impulse)})
+                          Vec3(per_second * account.angular_impulse), Vec3(per_second * account.collision_impulse)})
       for (int a = 0; a < 3; ++a) row.push_back(v[a]);
     row.push_back(states_[b].turn);
     row.push_back(kinetic_energy(starts_[b].mass, states_[b]));
     row.push_back(account.gravity_work);
     row.push_back(account.applied_work);
     row.push_back(account.merging_loss);
+    row.push_back(account.collision_work);
   }
   return rows;
 }
 
 void RigidContact::begin_history() {
   for (Account& account : accounts_) {
-    account.impulse = account.angular_impulse = Vec3::Zero();
+    account.impulse = account.angular_impulse = account.collision_impulse = Vec3::Zero();
     account.duration = 0.0;
   }
 }
@@ -319,6 +335,8 @@ void RigidContact::for_each_number(auto& state, auto& account, const auto& visit
   visit("gravity_work", account.gravity_work);
   visit("applied_work", account.applied_work);
   visit("merging_loss", account.merging_loss);
+  visit_vector("collision_impulse", account.collision_impulse);
+  visit("collision_work", account.collision_work);
 }
 
 void RigidContact::save(Reals& reals) const {

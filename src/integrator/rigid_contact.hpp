@@ -10,6 +10,7 @@
 #include "base/named_numbers.hpp"
 #include "distribution/particle_grid.hpp"
 #include "grid/exact_sums.hpp"
+#include "grid/rigid_collisions.hpp"
 #include "integrator/physics.hpp"
 #include "kernel/grid_update.hpp"
 
@@ -33,8 +34,8 @@ class RigidContact {
   std::span<const NodeConstraint> held() const { return held_; }
   std::span<const NodeConstraint> walls_again() const { return again_; }
 
-  /// The step of the last `merge` was taken and ends at `time`, s: the bodies move. Throws StepFailure, the same on every rank, if one has
-  /// run into something. Not collective (the same on every rank).
+  /// The step of the last `merge` was taken and ends at `time`, s: the bodies collide and move. Throws StepFailure, the same on every
+  /// rank, if one has left the domain or is pressed into something. Not collective (the same on every rank).
   void accept(double time, double dt);
 
   /// Speed that no point of a body exceeds within `duration`, s, but for contact, m/s. Not collective.
@@ -56,7 +57,9 @@ class RigidContact {
   struct Account {
     Vec3 impulse = Vec3::Zero(), angular_impulse = Vec3::Zero();        ///< by the material, since the row before
     double duration = 0.0;                                              ///< s, since the row before
+    Vec3 collision_impulse = Vec3::Zero();                              ///< since the row before
     double gravity_work = 0.0, applied_work = 0.0, merging_loss = 0.0;  ///< J, since the start
+    double collision_work = 0.0;                                        ///< likewise
   };
   /// What the scene pushes a body with.
   struct Drive {
@@ -82,6 +85,7 @@ class RigidContact {
   std::vector<RigidBody> bodies_;  ///< with sampled shapes
   std::vector<RigidStart> starts_;
   std::vector<RigidState> states_;
+  RigidCollisions collisions_;
   std::vector<Drive> drives_;
   std::vector<Account> accounts_;
   std::vector<Trial> trials_;

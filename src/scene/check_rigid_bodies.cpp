@@ -67,11 +67,12 @@ void check_rigid_bodies(const Scene& scene) {
   std::vector<RigidStart> starts;
   std::vector<RigidState> states;
   for (const RigidBody& body : scene.rigid_bodies) {
-    starts.push_back(start_of(body));
+    starts.push_back(start_of(body, scene.grid.cell_size));
     states.push_back(starts.back().state);
   }
   for (std::size_t b = 0; b < scene.rigid_bodies.size(); ++b)
-    if (const auto obstacle = obstacle_of(scene.grid, scene.colliders, scene.rigid_bodies, starts, states, b, 0.0))
+    if (const auto obstacle =
+            obstacle_of(scene.grid, scene.colliders, scene.rigid_bodies, starts, states, b, 0.0, 0.5 * scene.grid.cell_size))
       refuse(b, fmt::format("reaches into {} by more than half a cell", *obstacle));
   if (!faults.empty()) throw UsageError(faults);
 }

@@ -53,10 +53,11 @@ std::vector<std::string> inflow_warnings(const Scene& scene, const std::vector<F
     const Inflow& inflow = feed.inflow();
     const double width = narrowest_side(inflow.section) / (feed.layer_height() / inflow.volume_ratio);
     if (width < fewest_feed_particles * (1.0 - 1e-9))
-      warnings.push_back(fmt::format(
-          "inflow '{}' is {:.2g} particles wide: with fewer than {:g} its section is coarse; more particles_per_cell or smaller "
-          "cells refine it",
-          inflow.name, width, fewest_feed_particles));
+      warnings.push_back(
+          fmt::format("inflow '{}' is {:.2g} particles wide: with fewer than {:g} its section is coarse; more "
+                      "particles_per_cell or smaller "
+                      "cells refine it",
+                      inflow.name, width, fewest_feed_particles));
     bool warned_of_wall = false, warned_of_draw = false;
     const double last = std::min(feed.end(), scene.time_stepping.end_time);
     for (int n = 0; n <= n_looks && last > feed.start(); ++n) {
@@ -65,16 +66,18 @@ std::vector<std::string> inflow_warnings(const Scene& scene, const std::vector<F
       const std::string when = time > 0.0 ? fmt::format(" at t = {:.3g} s", time) : std::string();
       if (const auto gap = warned_of_wall ? std::nullopt : near_wall(scene, nozzle, time)) {
         warned_of_wall = true;
-        warnings.push_back(fmt::format("inflow '{}' has a wall {:.2g} cells in front of its exit{}; with fewer than {:g} the "
-                                       "wall slows down what leaves the exit",
-                                       inflow.name, *gap, when, nearest_feed_wall));
+        warnings.push_back(
+            fmt::format("inflow '{}' has a wall {:.2g} cells in front of its exit{}; with fewer than {:g} the "
+                        "wall slows down what leaves the exit",
+                        inflow.name, *gap, when, nearest_feed_wall));
       }
       const double across = (nozzle.velocity - nozzle.velocity.dot(nozzle.axis) * nozzle.axis).norm();
       if (!warned_of_draw && nozzle.speed > 0.0 && across >= largest_draw * nozzle.speed) {
         warned_of_draw = true;
-        warnings.push_back(fmt::format("inflow '{}' moves {:.2g} times as fast as the material in its exit{}: from {:g} on the "
-                                       "bead is drawn until it may tear",
-                                       inflow.name, across / nozzle.speed, when, largest_draw));
+        warnings.push_back(
+            fmt::format("inflow '{}' moves {:.2g} times as fast as the material in its exit{}: from {:g} on the "
+                        "bead is drawn until it may tear",
+                        inflow.name, across / nozzle.speed, when, largest_draw));
       }
     }
   }

@@ -67,11 +67,13 @@ def check_turn(table):
 
 
 def check_energy(table):
-    """What a body gains is the work of gravity and of what drives it, less its work on the material and what merging takes."""
+    """What a body gains is the work of gravity, of what drives it and of collisions, less its work on the material and what merging
+    takes."""
     for name in MASSES:
         kinetic = column(table, f"{name}.kinetic_energy [J]")
         error = kinetic - kinetic[0] - column(table, f"{name}.gravity_work [J]") - column(
-            table, f"{name}.applied_work [J]") + column(table, f"{name}.contact_work [J]") + column(table, f"{name}.merging_loss [J]")
+            table, f"{name}.applied_work [J]") + column(table, f"{name}.contact_work [J]") + column(
+                table, f"{name}.merging_loss [J]") - column(table, f"{name}.collision_work [J]")
         expect_small(error, kinetic.max(), f"energy of the {name}")
         if not column(table, f"{name}.merging_loss [J]")[-1] > 0.0:
             fail(f"the {name} never met the material")
@@ -95,6 +97,29 @@ def check_axis(table):
     expect_small(angle - angle[0] - turn, 1.0, "turn of the brick")
     if not numpy.abs(turn).max() > 0.05:
         fail("the brick does not turn")
+
+
+def collide(program, work, run):
+    """Both bodies fall through jelly and air onto the floor and each other: on one rank, on three, and restarted in between."""
+    sets = ["--set", "time.end=0.1", "--set", "bodies.block.shape.parts.0.lower=[0.15,0.2,0.15]", "--set",
+            "rigid_bodies.0.velocity=[3,0,-6]", "--set", "rigid_bodies.1.mass=20", "--set", "rigid_bodies.1.velocity=[-3,0,-6]",
+            "--set", "rigid_bodies.0.restitution=0.5", "--set", "rigid_bodies.1.restitution=0.5"]
+    run("falls", 1, *sets)
+    table = rows(work / "falls")
+    check_energy(table)
+    for name in MASSES:
+        if not numpy.abs(vectors(table, f"{name}.collision_force", "N")).max() > 0.0:
+            fail(f"the {name} hits nothing")
+    steps = sorted(int(re.findall(r"\d+", path.name)[0]) for path in (work / "falls").glob("checkpoint_*.h5"))
+    last, middle = steps[-1], steps[len(steps) // 2]
+    run("falls_3", 3, *sets)
+    expect_identical(program, work, work / "falls", work / "falls_3", last, "collisions on 3 ranks")
+    run("falls_again", 2, *sets, "--restart", str(work / "falls" / f"checkpoint_{middle:09d}.h5"))
+    expect_identical(program, work, work / "falls", work / "falls_again", last, "collisions, restarted on 2 ranks")
+    for one, *others in zip(table[::-1], rows(work / "falls_3")[::-1], rows(work / "falls_again")[::-1], strict=False):
+        for name in one:
+            if name not in OF_RANKS and any(other[name] != one[name] for other in others):
+                fail(f"collisions: {name} is {one[name]} on one rank, {[other[name] for other in others]} on others")
 
 
 def main():
@@ -131,6 +156,7 @@ def main():
     run("driven_again", 3, "--restart", str(work / "driven" / f"checkpoint_{middle:09d}.h5"), scene="driven.toml")
     if rows(work / "driven_again")[-1]["brick.turn [rad]"] != table[-1]["brick.turn [rad]"]:
         fail("the restarted run turns the brick elsewhere")
+    collide(program, work, run)
     text = SCENE.read_text(encoding="utf-8")
     first, _, rest = text.partition('[[rigid_bodies]]\nname = "brick"')
     (work / "alone.toml").write_text(first + rest[rest.index("[output]"):], encoding="utf-8")
