@@ -174,11 +174,30 @@ def command(work):
     expect(said.returncode == 2 and "cannot read" in said.stderr, said.stderr)
 
 
+def shipped_path(work):
+    """The scene's path is what its own commands make of the project's tools."""
+    folder = ROOT / "drivers/scenes/paths"
+    words = (folder.parent / "print_cylinder.toml").read_text(encoding="utf-8")
+    for piece, begin in (("cylinder", "print_pieces.py "), ("gcode", "bulkley ")):
+        expect(begin + piece in words, f"print_cylinder.toml does not say how {piece} is made")
+    make = words.split("print_pieces.py ")[1].split(" > ")[0].split()
+    said = subprocess.run([sys.executable, str(ROOT / "drivers/python/examples/print_pieces.py"), *make], capture_output=True,
+                          text=True, check=True)
+    expect(said.stdout == (folder / "cylinder.gcode").read_text(encoding="utf-8"), "paths/cylinder.gcode is out of date")
+    options = words.split("bulkley gcode cylinder.gcode ")[1].split(" --out")[0].split()
+    out = work / "cylinder.csv"
+    subprocess.run([sys.executable, str(ROOT / "drivers/python/bulkley"), "gcode", str(folder / "cylinder.gcode"), *options, "--out",
+                    str(out)], capture_output=True, check=True)
+    near(np.loadtxt(out, delimiter=",", skiprows=1), np.loadtxt(folder / "cylinder.csv", delimiter=",", skiprows=1),
+         "paths/cylinder.csv", 1e-12)
+
+
 def main():
     _, work = start(parse_arguments(__doc__))
     for part in (ramps, corners, arcs, units_and_modes, drawn_back, volumes, refusals):
         part()
     command(work)
+    shipped_path(work)
 
 
 if __name__ == "__main__":
