@@ -129,7 +129,8 @@ bool Run::at_end() const {
 double Run::next_landing() const {
   const double interval = scene.output.frame_interval;
   if (interval <= 0.0) return scene.time_stepping.end_time;
-  return std::min(scene.time_stepping.end_time, static_cast<double>(state.frame_tick) * interval);
+  const double end = scene.time_stepping.end_time;
+  return std::min(end, next_frame_time(state, interval, end));
 }
 
 void Run::log(const std::string& text) const {

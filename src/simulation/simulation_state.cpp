@@ -11,6 +11,8 @@ namespace bulkley {
 
 namespace {
 
+constexpr double same_time = 1e-12;  // over the time: rounding of a multiple of the interval
+
 // One list of names serves both directions: `visit(name, number)` for every member, double or integer.
 template <class State, class Visit>
 void for_each_number(State& state, Visit visit) {
@@ -163,14 +165,21 @@ SimulationState load_state(GlobalIndex step, double time, const Reals& reals, co
   return state;
 }
 
+double next_frame_time(const SimulationState& state, double frame_interval, double end_time) {
+  const double time = static_cast<double>(state.frame_tick) * frame_interval;
+  return std::abs(time - end_time) <= same_time * end_time ? end_time : time;
+}
+
 void fit_frame_tick(SimulationState& state, double frame_interval) {
   if (frame_interval <= 0.0) return;
   GlobalIndex& tick = state.frame_tick;
-  const auto time_of = [&](GlobalIndex n) { return static_cast<double>(n) * frame_interval; };
-  if (time_of(tick) > state.time && time_of(tick - 1) <= state.time) return;
+  const auto is_past = [&](GlobalIndex n) {
+    return static_cast<double>(n) * frame_interval <= state.time * (1.0 + same_time);
+  };
+  if (!is_past(tick) && is_past(tick - 1)) return;
   constexpr double most = 1e15;  // still whole numbers
   tick = static_cast<GlobalIndex>(std::min(most, std::floor(state.time / frame_interval)));
-  while (time_of(tick) <= state.time && static_cast<double>(tick) < most) ++tick;
+  while (is_past(tick) && static_cast<double>(tick) < most) ++tick;
 }
 
 }  // namespace bulkley

@@ -60,6 +60,9 @@ void save_state(const SimulationState& state, Reals& reals, Integers& integers);
 /// The inverse. Throws RunError naming the first number that is missing.
 SimulationState load_state(GlobalIndex step, double time, const Reals& reals, const Integers& integers);
 
+/// When the next frame is due, s: a multiple of the interval, or the end of the run where the two differ by rounding only.
+double next_frame_time(const SimulationState& state, double frame_interval, double end_time);
+
 /// After a restart with another frame interval (s): the next frame is due at its next multiple. Otherwise nothing changes.
 void fit_frame_tick(SimulationState& state, double frame_interval);
 

@@ -12,6 +12,7 @@
 #include "io/checkpoint/checkpoint.hpp"
 #include "simulation/outputs/output.hpp"
 #include "simulation/run_folder.hpp"
+#include "simulation/simulation_state.hpp"
 #include "simulation/stop_criteria.hpp"
 #include "support/scene_text.hpp"
 
@@ -107,6 +108,20 @@ TEST_F(RunLoop, ASecondStopCriterionStopsAllRanksWithACheckpoint) {
     EXPECT_NE(text.find("stopped"), std::string::npos);
     EXPECT_NE(text.find("by one rank that had enough at step 8"), std::string::npos) << text;
   }
+}
+
+// In doubles 6 x 0.05 is greater than 0.3.
+TEST(FrameTimes, TheEndIsOne) {
+  SimulationState state;
+  state.frame_tick = 6;
+  EXPECT_EQ(next_frame_time(state, 0.05, 0.3), 0.3);
+  EXPECT_EQ(next_frame_time(state, 0.05, 0.4), 6 * 0.05);
+  state.time = 0.3;
+  fit_frame_tick(state, 0.05);
+  EXPECT_EQ(state.frame_tick, 7);
+  state.frame_tick = 7;
+  fit_frame_tick(state, 0.05);
+  EXPECT_EQ(state.frame_tick, 7);
 }
 
 }  // namespace

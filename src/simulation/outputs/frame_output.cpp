@@ -38,7 +38,8 @@ FrameOutput::FrameOutput(Run& run, GlobalIndex restart_step) {
 
 bool FrameOutput::is_due(const Run& run, const Occasion& occasion) const {
   const double interval = run.scene.output.frame_interval;
-  if (interval <= 0.0 || run.state.time < static_cast<double>(run.state.frame_tick) * interval) return false;
+  if (interval <= 0.0 || run.state.time < next_frame_time(run.state, interval, run.scene.time_stepping.end_time))
+    return false;
   return (occasion.event == RunEvent::start && !run.options.restart) ||
          (occasion.event == RunEvent::step && run.last_step.plan.lands);
 }
