@@ -90,6 +90,26 @@ TEST(RigidCollisions, ABoxAtRestStays) {
   EXPECT_NEAR(world.states[0].center[2], 0.05, 0.02 * dx);
 }
 
+TEST(RigidCollisions, WhatLiesDoesNotJump) {
+  RigidBody body = brick({0.8, 0.9, 0.0}, {1.2, 1.1, 0.1});
+  body.restitution = 0.9;
+  World world({body});
+  world.run(1e-3, 1e-3);
+  world.run(0.2, 1e-3, [&] { EXPECT_LT(world.velocity().norm(), 1e-9); });
+}
+
+TEST(RigidCollisions, WhatHasComeTooDeepIsPushedOutAndGetsNoSpeed) {
+  World world({ball({1.0, 1.0, 0.7})});
+  double lowest = 1.0, fastest = 0.0;
+  world.run(1.0, 5e-3, [&] {
+    lowest = std::min(lowest, world.states[0].center[2]);
+    if (lowest < 0.2) fastest = std::max(fastest, world.velocity()[2]);
+  });
+  EXPECT_LT(lowest, 0.2 - 0.1 * dx);
+  EXPECT_LT(fastest, 1e-12);
+  EXPECT_NEAR(world.states[0].center[2], 0.2 - 0.005 * dx, 0.006 * dx);
+}
+
 TEST(RigidCollisions, ABoxThatIsDroppedOnAnEdgeComesToRestOnAFace) {
   RigidBody body = brick({0.9, 0.9, 0.4}, {1.3, 1.1, 0.6});
   body.shape = Shape{Placed{std::make_shared<Shape>(body.shape), Vec3::UnitY(), 0.4, Vec3(1.1, 1.0, 0.5), Vec3::Zero()}};
