@@ -13,8 +13,8 @@ namespace bulkley {
 struct ContactPoint {
   Vec3 place;           ///< m
   double radius = 0.0;  ///< m, of the ball about `place`, or of the rim about `axis`
-  Vec3 axis =
-      Vec3::Zero();  ///< unit or 0. With a radius: of the rim. Without: the point counts for obstacles on this side only
+  /// Unit or 0. With a radius: of the rim. Without: the point counts for obstacles on this side only.
+  Vec3 axis = Vec3::Zero();
 };
 
 /// Points of the surface no farther apart than about `spacing`, m, or than 4096 of them allow; balls for spheres and capsules, rims and

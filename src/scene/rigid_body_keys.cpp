@@ -92,8 +92,7 @@ const config::Keys<RigidBody>& keys(config::Of<RigidBody>) {
                 .range = config::at_least(0.0)})
           .key("restitution", &RigidBody::restitution,
                {.about = "Speed of rebound over speed of impact where it collides with walls, colliders and other bodies; "
-                         "between two "
-                         "bodies the smaller one.",
+                         "between two bodies the smaller one.",
                 .range = config::between(0.0, 1.0)})
           .key("friction", &RigidBody::friction,
                {.about = "Coulomb coefficient in collisions; between two bodies the smaller one.",
