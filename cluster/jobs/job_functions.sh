@@ -40,6 +40,9 @@ status_step() {
   if [[ "$step" =~ ^[0-9]+$ ]]; then echo "$step"; else echo 0; fi
 }
 
+# The run failed, but only because a rank or a node did not answer: it can go on from its checkpoint.
+is_unresponsive() { [[ "$(status_value state)" == failed && "$(status_value unresponsive)" == true ]]; }
+
 has_checkpoint() { compgen -G "$folder/checkpoint_*.h5" >/dev/null; }
 
 # parts.txt in the output folder has a line "DATE TIME chain C job J step S" for every part that began. A chain is what one
@@ -140,7 +143,7 @@ begin_part() {
     give_up 1 "job $earlier is running in $folder: two at once would corrupt it"
   fi
   start_step="$(status_step)"
-  if (($(n_parts) > 0)) && [[ "$(status_value state)" == failed ]]; then
+  if (($(n_parts) > 0)) && [[ "$(status_value state)" == failed ]] && ! is_unresponsive; then
     give_up 3 "the run in $folder has failed: $(status_value reason)"
   fi
   expect_progress "$start_step"
@@ -175,14 +178,23 @@ finish() {
   exit 0
 }
 
+next_part() {
+  "${batch}_next_part" || give_up 1 "$batch refused; submit this script again to continue"
+  exit 4
+}
+
 end_part() {
   local code="$1" state step
   state="$(status_value state)"
   step="$(status_step)"
-  case "$code" in
-    2) give_up 2 "bulkley refused its input (exit code 2): no further part" ;;
-    3) give_up 3 "the run failed (exit code 3): no further part" ;;
-  esac
+  ((code != 2)) || give_up 2 "bulkley refused its input (exit code 2): no further part"
+  if is_unresponsive; then
+    # Its last step may be older than that of its checkpoint: what counts is whether parts begin further on.
+    expect_progress "$step"
+    say "$(status_value reason): another part is to follow"
+    next_part
+  fi
+  ((code != 3)) || give_up 3 "the run failed (exit code 3): no further part"
   case "$state" in
     finished)
       # An old status.json has the same state if a prolonged run was killed at once.
@@ -198,6 +210,5 @@ end_part() {
   # Also with exit code 0: srun ends so when a node was lost.
   expect_progress "$step"
   say "exit code $code, status.json says '$state', step $start_step -> $step: another part is to follow"
-  "${batch}_next_part" || give_up 1 "$batch refused; submit this script again to continue"
-  exit 4
+  next_part
 }

@@ -2,6 +2,8 @@
 
 #include <petsclog.h>
 
+#include <atomic>
+
 #include "bulkley/parallel/petsc.hpp"
 
 namespace bulkley {
@@ -28,14 +30,22 @@ PetscLogEvent event_of(Phase phase) {
 
 const char* name(Phase phase) { return names[static_cast<std::size_t>(phase)]; }
 
-PhaseTimer::PhaseTimer(PhaseTimes& times, Phase phase) : entry_(times[phase]), phase_(phase) {
+const char* current_phase(const PhaseTimes& times) {
+  const int current = std::atomic_ref<int>(const_cast<int&>(times.current)).load(std::memory_order_relaxed);
+  return current < 0 ? "no phase" : names[static_cast<std::size_t>(current)];
+}
+
+PhaseTimer::PhaseTimer(PhaseTimes& times, Phase phase) : times_(times), phase_(phase) {
+  outer_ = std::atomic_ref<int>(times_.current).exchange(static_cast<int>(phase), std::memory_order_relaxed);
   BULKLEY_PETSC(PetscLogEventBegin(event_of(phase_), 0, 0, 0, 0));
   start_ = MPI_Wtime();
 }
 
 PhaseTimer::~PhaseTimer() {
-  entry_.seconds += MPI_Wtime() - start_;
-  ++entry_.n_calls;
+  PhaseTimes::Entry& entry = times_[phase_];
+  entry.seconds += MPI_Wtime() - start_;
+  ++entry.n_calls;
+  std::atomic_ref<int>(times_.current).store(outer_, std::memory_order_relaxed);
   BULKLEY_PETSC(PetscLogEventEnd(event_of(phase_), 0, 0, 0, 0));
 }
 

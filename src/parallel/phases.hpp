@@ -40,10 +40,14 @@ struct PhaseTimes {
     GlobalIndex n_calls = 0;
   };
   std::array<Entry, n_phases> entries{};
+  int current = -1;  ///< the phase that this rank is in now, -1: none; read by current_phase
 
   Entry& operator[](Phase phase) { return entries[static_cast<std::size_t>(phase)]; }
   const Entry& operator[](Phase phase) const { return entries[static_cast<std::size_t>(phase)]; }
 };
+
+/// The phase that this rank is in, of nested ones the inner; "no phase" outside them. Any thread may ask. Not collective.
+const char* current_phase(const PhaseTimes& times);
 
 /// From construction to destruction, this rank is in a phase: adds to `times` and to PETSc's event of that name. Phases of
 /// one PhaseTimes may nest; the outer one includes the inner. Not collective.
@@ -55,8 +59,9 @@ class PhaseTimer {
   PhaseTimer& operator=(const PhaseTimer&) = delete;
 
  private:
-  PhaseTimes::Entry& entry_;
+  PhaseTimes& times_;
   Phase phase_;
+  int outer_;  ///< the phase around this one
   double start_;
 };
 

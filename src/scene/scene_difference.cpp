@@ -37,7 +37,7 @@ Leaves leaves_of(const std::string& text) {
 }
 
 bool may_change(const std::string& path) {
-  if (path == "title" || path == "time.end") return true;
+  if (path == "title" || path == "time.end" || path == "time.step_timeout") return true;
   const std::string table = path.substr(0, path.find('.'));
   return table == "output" || table == "checkpoint" || table == "partition";
 }

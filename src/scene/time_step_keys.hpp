@@ -141,6 +141,12 @@ inline const config::Keys<TimeStepSettings>& keys(config::Of<TimeStepSettings>) 
           .key("deformation_check", &S::deformation_check,
                {.about = "Whether every step is checked for its deformation, or only trials and steps that come close to "
                          "the limit."})
+          .key("step_timeout", &S::step_timeout,
+               {.about = "Wall time after which a step with its output that does not come to its end, because a rank or a "
+                         "node does not answer, ends the run with exit code 3; at least 20 times the slowest step so far. 0: never.",
+                .unit = "s",
+                .range = config::at_least(0.0),
+                .duration = true})
           .key("smallest_volume_ratio", &S::smallest_volume_ratio,
                {.about = "The run fails when a particle is crushed to less than this part of its volume.",
                 .range = config::above_to(0.0, 1.0)})

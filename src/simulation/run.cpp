@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "integrator/diagnostics.hpp"
 #include "io/checkpoint/checkpoint.hpp"
@@ -18,6 +19,9 @@ namespace {
 
 constexpr std::size_t most_warnings_kept = 20;  // in status.json
 
+// A run whose steps are slow is given that many times its slowest.
+constexpr double slow_steps = 20.0;
+
 }  // namespace
 
 Run::Run(const Comm& run_comm, const Scene& run_scene, const RunOptions& run_options)
@@ -25,7 +29,7 @@ Run::Run(const Comm& run_comm, const Scene& run_scene, const RunOptions& run_opt
       scene(run_scene),
       options(run_options),
       progress(progress_at_start(comm, scene, options)),
-      watchdog(comm, scene.checkpoint.timeout) {
+      watchdog(comm) {
   clock.start = last_checkpoint.wall_time = MPI_Wtime();
   for (const NamedMaterial& material : scene.materials)
     if (!material.caveat.empty()) warn(fmt::format("material '{}': {}", material.name, material.caveat));
@@ -113,6 +117,33 @@ GlobalIndex Run::restore() {
   root_guard(comm, [&] { write_text_atomically(path_in(options.folder, "scene.toml"), scene.effective_text); });
   log(fmt::format("continuing from {} at step {}, t = {:g} s", file, state.step, state.time));
   return state.step;
+}
+
+Watchdog::Watch Run::watch_write(const std::string& file) {
+  const double limit = scene.checkpoint.timeout;
+  return watchdog.watch({limit,
+                         [=, hint = checkpoint_hint()] {
+                           return fmt::format(
+                               "writing '{}' has taken longer than {:g} s (checkpoint.timeout): the file system or another "
+                               "rank does not answer; {}",
+                               file, limit, hint);
+                         },
+                         [folder = options.folder](const std::string& sentence) { mark_unresponsive_alone(folder, sentence); }});
+}
+
+Watchdog::Watch Run::watch_step() {
+  const double least = scene.time_stepping.step_timeout;
+  const double limit = least > 0.0 ? std::max(least, slow_steps * clock.slowest_step) : 0.0;
+  return watchdog.watch(
+      {limit,
+       [limit, rank = comm.rank(), n_ranks = comm.size(), step = state.step + 1, hint = checkpoint_hint(),
+        &times = std::as_const(*solver).times()] {
+         return fmt::format(
+             "step {} has taken longer than {:g} s (time.step_timeout); rank {} of {}, which says this, is in the phase {}: "
+             "another rank does not answer, or the machine is too slow; {}",
+             step, limit, rank, n_ranks, current_phase(times), hint);
+       },
+       [folder = options.folder](const std::string& sentence) { mark_unresponsive_alone(folder, sentence); }});
 }
 
 void Run::begin_energy_budget() {

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "integrator/solver.hpp"
-#include "io/files/write_watchdog.hpp"
 #include "io/status/status.hpp"
+#include "parallel/watchdog.hpp"
 #include "rebalance/balancer.hpp"
 #include "simulation/run_report.hpp"
 #include "simulation/simulation.hpp"
@@ -44,13 +44,18 @@ struct Run {
   RunClock clock;
   RunProgress progress;
   LastCheckpoint last_checkpoint;
-  WriteWatchdog watchdog;
+  Watchdog watchdog;
   std::vector<std::unique_ptr<Output>> outputs;       ///< in the order in which they write
   std::vector<std::unique_ptr<StopCriterion>> stops;  ///< a later one wins over an earlier one
 
   bool at_end() const;
   /// The time that no step may cross: the next frame or the end, s.
   double next_landing() const;
+
+  /// From its making to its end the write of `file` is watched, for checkpoint.timeout. Not collective.
+  [[nodiscard]] Watchdog::Watch watch_write(const std::string& file);
+  /// Likewise the step that begins and its output, for time.step_timeout. Not collective.
+  [[nodiscard]] Watchdog::Watch watch_step();
 
   /// Of the particles as they are. Collective.
   Diagnostics diagnostics() const;

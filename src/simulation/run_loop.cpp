@@ -82,6 +82,7 @@ RunOutcome run_to_end(Run& run) {
   write_head(run);
   write_outputs(run, {RunEvent::start, Request::none});
   while (!run.at_end()) {
+    const auto watch = run.watch_step();
     const double before = MPI_Wtime();
     const int asked = take_step(run);
     write_outputs(run, {RunEvent::step, request_in(asked)});

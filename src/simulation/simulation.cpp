@@ -31,7 +31,7 @@ std::string save_neighbourhood(Run& run, const StepFailure& failure) {
   everything.precision = FloatPrecision::float64;
   everything.fields = particle_field_names(particles);
   const std::string file = path_in(run.options.folder, fmt::format("failure_{:09}.h5", run.state.step + 1));
-  const auto watch = run.watchdog.watch(file, run.checkpoint_hint());
+  const auto watch = run.watch_write(file);
   try {
     write_frame_file(run.comm, file, {0, run.state.step + 1, run.state.time, 0}, particles.selected(near),
                      run.scene.materials, everything);

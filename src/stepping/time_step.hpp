@@ -63,6 +63,7 @@ struct TimeStepSettings {
   double smallest_volume_ratio = 1e-4;  ///< J below which the run fails
   double largest_volume_ratio = 1e6;    ///< J above which the run fails
   DeformationCheck deformation_check = DeformationCheck::risky;
+  double step_timeout = 600.0;  ///< s of wall time; a step that takes longer, and 20 times the slowest, ends the run; 0: never
 };
 
 /// What set the time step.

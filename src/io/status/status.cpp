@@ -1,5 +1,6 @@
 #include "io/status/status.hpp"
 
+#include <fmt/format.h>
 #include <sys/resource.h>
 
 #include <fstream>
@@ -78,6 +79,16 @@ const char* name(RunState state) {
 
 void write_status_alone(const std::string& folder, const Status& status) {
   write_text_atomically(path_in(folder, "status.json"), json_text(status_json(status)) + "\n");
+}
+
+void mark_unresponsive_alone(const std::string& folder, const std::string& reason) {
+  const std::string path = path_in(folder, "status.json");
+  Json status = Json::parse(read_text(path), nullptr, false);
+  if (!status.is_object()) throw RunError(fmt::format("{} is not a status", path));
+  status["state"] = name(RunState::failed);
+  status["reason"] = reason;
+  status["unresponsive"] = true;
+  write_text_atomically(path, json_text(status) + "\n");
 }
 
 void write_status(const Comm& comm, const std::string& folder, const Status& status) {

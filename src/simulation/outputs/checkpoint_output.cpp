@@ -34,7 +34,7 @@ void CheckpointOutput::write(Run& run) {
   const double before = MPI_Wtime();
   SimulationState& state = run.state;
   const std::string file = checkpoint_path(run.options.folder, state.step);
-  const auto watch = run.watchdog.watch(file, run.checkpoint_hint());
+  const auto watch = run.watch_write(file);
   for (const auto& output : run.outputs) output->make_durable(run);
   CheckpointHeader header;
   header.step = state.step;

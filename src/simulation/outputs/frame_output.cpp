@@ -47,7 +47,7 @@ bool FrameOutput::is_due(const Run& run, const Occasion& occasion) const {
 void FrameOutput::write(Run& run) {
   const double before = MPI_Wtime();
   SimulationState& state = run.state;
-  const auto watch = run.watchdog.watch(frame_path(run.options.folder, state.next_frame), run.checkpoint_hint());
+  const auto watch = run.watch_write(frame_path(run.options.folder, state.next_frame));
   if (run.scene.output.tiles) {
     const TileTotals totals = tile_totals(run.comm, run.scene.grid, run.solver->census(), state.cost);
     const TileValues tiles{run.scene.grid, run.solver->partition().map, totals.n_particles, totals.cost};

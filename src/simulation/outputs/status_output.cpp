@@ -32,7 +32,7 @@ void StatusOutput::write(Run& run) {
 }
 
 void renew_status(Run& run, RunState run_state, const std::string& reason) {
-  const auto watch = run.watchdog.watch(path_in(run.options.folder, "status.json"), run.checkpoint_hint());
+  const auto watch = run.watch_write(path_in(run.options.folder, "status.json"));
   update_progress(run.comm, run.state, run.clock, run.solver->times(), run.progress);
   write_status(run.comm, run.options.folder, run.status(run_state, reason));
 }

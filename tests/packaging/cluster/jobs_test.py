@@ -29,8 +29,9 @@ COMMANDS = {
 }
 
 
-def status(state, step, reason="because"):
-    return json.dumps({"state": state, "step": step, "time": 0.5, "checkpoint": "x.h5", "reason": reason}, indent=2)
+def status(state, step, reason="because", unresponsive=False):
+    more = {"unresponsive": True} if unresponsive else {}
+    return json.dumps({"state": state, "step": step, "time": 0.5, "checkpoint": "x.h5", "reason": reason, **more}, indent=2)
 
 
 class Folder:
@@ -62,10 +63,10 @@ class Folder:
         calls = (self.path / "calls.txt").read_text(encoding="utf-8").splitlines()
         return outcome.returncode, calls, outcome.stdout + outcome.stderr
 
-    def writes(self, state, step, code, checkpoint=True, reason="because"):
+    def writes(self, state, step, code, checkpoint=True, reason="because", unresponsive=False):
         """What a part does that ends so."""
         touch = f"touch out/scene/checkpoint_{step:09d}.h5\n" if checkpoint else ""
-        text = status(state, step, reason)
+        text = status(state, step, reason, unresponsive)
         return f"{touch}cat >out/scene/status.json <<'END'\n{text}\nEND\nexit {code}"
 
 
@@ -130,6 +131,23 @@ class Cases:
             f = self.folder()
             self.expect(f"{state} with {code}", self.next(f, 1, f.writes(state, step, code)), expected, LIMIT, None,
                         sentence)
+
+    def unresponsive(self):
+        for code in (3, 0, 1, 137):  # srun and mpirun say different things of a lost node
+            f = self.folder()
+            self.expect(f"a rank did not answer, {code}", self.next(f, 1, f.writes("failed", 100, code, unresponsive=True)), 4, LIMIT,
+                        self.again(self.chain(1)[0]), "because: another part is to follow")
+            self.expect("and the next part goes on", self.next(f, 2, f.writes("finished", 250, 0)), 0, f"--restart {LIMIT}", None,
+                        "finished at step 250")
+        f = self.folder()
+        for part in (1, 2):
+            self.expect(f"never again, part {part}", self.next(f, part, f.writes("failed", 100, 3, unresponsive=True)), 4,
+                        f"--restart {LIMIT}" if part > 1 else LIMIT, self.again(self.chain(part)[0]))
+        self.expect("no progress", self.next(f, 3, f.writes("failed", 100, 3, unresponsive=True)), 1, f"--restart {LIMIT}", None,
+                    "no third one")
+        f = self.folder()
+        self.expect("and input that is refused", self.next(f, 1, f.writes("failed", 100, 2, unresponsive=True)), 2, LIMIT, None,
+                    "refused its input")
 
     def stopped_by_its_user(self):
         f = self.folder()
@@ -219,7 +237,7 @@ class Cases:
                     self.again(self.chain(1)[0]))
 
     def all(self):
-        for case in (self.three_parts, self.no_next_part, self.stopped_by_its_user, self.killed, self.node_lost,
+        for case in (self.three_parts, self.no_next_part, self.unresponsive, self.stopped_by_its_user, self.killed, self.node_lost,
                      self.before_first_checkpoint, self.after_failure, self.prolonged, self.refusals, self.quoted_reason):
             case()
 
