@@ -154,13 +154,25 @@ begin_part() {
   say "part $(n_parts) of the run in $folder, from step $start_step: ${part_options[*]}"
 }
 
+# mpirun may wait for a node that is gone when all ranks it can reach have ended. Watches process $1, and kills it a while after this
+# part of the run has said that a rank does not answer.
+end_if_unresponsive() {
+  while sleep "${launcher_patience:-60}" && kill -0 "$1"; do
+    if [[ ! "$folder/status.json" -nt "$folder/parts.txt" ]] || ! is_unresponsive; then continue; fi
+    sleep "${launcher_patience:-60}"
+    kill -KILL "$1"
+  done
+}
+
 # For mpirun, which the batch system's signal cannot reach: runs a command and forwards SIGUSR1 to it, also one that comes while the
 # command is being started. Returns its exit code.
 forward_signal() {
-  local pid="" signalled="" code
+  local pid="" signalled="" code guard
   trap 'signalled=yes; [[ -z "$pid" ]] || kill -USR1 "$pid" 2>/dev/null' USR1
   "$@" &
   pid=$!
+  end_if_unresponsive "$pid" >/dev/null 2>&1 &
+  guard=$!
   [[ -z "$signalled" ]] || kill -USR1 "$pid" 2>/dev/null
   wait "$pid"
   code=$?
@@ -168,6 +180,7 @@ forward_signal() {
     wait "$pid"
     code=$?
   done
+  kill "$guard" 2>/dev/null
   trap : USR1
   return "$code"
 }

@@ -139,6 +139,11 @@ class Cases:
                         self.again(self.chain(1)[0]), "because: another part is to follow")
             self.expect("and the next part goes on", self.next(f, 2, f.writes("finished", 250, 0)), 0, f"--restart {LIMIT}", None,
                         "finished at step 250")
+        if "mpirun" in self.script:
+            f = self.folder()
+            hangs = f.writes("failed", 100, 0, unresponsive=True).replace("exit 0", "exec sleep 600")
+            self.expect("mpirun waits for a lost node", self.next(f, 1, hangs, launcher_patience="1"), 4, LIMIT,
+                        self.again(self.chain(1)[0]), "because: another part is to follow")
         f = self.folder()
         for part in (1, 2):
             self.expect(f"never again, part {part}", self.next(f, part, f.writes("failed", 100, 3, unresponsive=True)), 4,
