@@ -56,13 +56,13 @@ TEST_F(EnergyBudgetTest, SeparateTermsCloseForAllSchemesAndLaws) {
     if (splits(transfer)) continue;
     SCOPED_TRACE(testing::Message() << static_cast<int>(transfer.scheme) << " order " << static_cast<int>(transfer.order)
                                     << " gradient " << static_cast<int>(transfer.gradient));
-    expect_separate(contact_scene(transfer), 40, true);
-    expect_separate(every_law_scene(transfer), 40, true);
+    expect_separate(contact_scene(transfer), 12, true);
+    expect_separate(every_law_scene(transfer), 12, true);
     SolverScene moving = contact_scene(transfer);  // forces on the nodes, two faces that move
     moving.physics.acceleration_field = {{"x", "0", "-2"}};
     moving.physics.faces[2] = {FaceKind::sticky, 0.0, Vec3(0.3, 0.0, 0.0)};
-    expect_separate(std::move(moving), 40, true);
-    expect_separate(periodic_scene(transfer, {8, 8, 8}, {true, true, true}), 40, false);
+    expect_separate(std::move(moving), 12, true);
+    expect_separate(periodic_scene(transfer, {8, 8, 8}, {true, true, true}), 12, false);
   }
 }
 
