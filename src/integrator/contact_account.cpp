@@ -32,21 +32,22 @@ void ContactAccount::clear() {
 void ContactAccount::fold(const GridUpdate& update, std::span<const NodeImage> images, Node* nodes, Node* impulse) {
   const Vec3 fall = update.dt * update.gravity;
   for (const NodeImage& image : images) {
-    Node& behind = nodes[image.behind];
-    Node& front = nodes[image.front];
-    Folded folded{behind.c[3], Vec3::Zero(), Vec3::Zero()};
+    Folded folded{nodes[image.behind].c[3], Vec3::Zero(), Vec3::Zero()};
     if (image.velocity.isZero(0.0)) {
       fold_images(update, {&image, 1}, nodes, impulse);
       behind_.push_back(folded);
       continue;
     }
-    // Apart from impulses: of the momenta before them. In one: of all.
+    // With impulses known apart: of the momenta before them. In one: of all.
     const Vec3 weight = impulse ? Vec3::Zero() : fall;
-    folded.momentum = vector_of(behind) + folded.mass * weight;
-    const Vec3 before = vector_of(front) + front.c[3] * weight + folded.momentum;
+    const auto momentum = [&](LocalIndex n) -> Vec3 {
+      return vector_of(nodes[n]) + nodes[n].c[3] * weight - (update.joined ? vector_of(impulse[n]) : Vec3::Zero());
+    };
+    folded.momentum = momentum(image.behind);
+    const Vec3 before = momentum(image.front) + folded.momentum;
     const Vec3 kick = impulse ? Vec3(vector_of(impulse[image.behind]) + folded.mass * fall) : Vec3::Zero();
     fold_images(update, {&image, 1}, nodes, impulse);
-    folded.given = vector_of(front) + front.c[3] * weight - before;
+    folded.given = momentum(image.front) - before;
     behind_.push_back(folded);
     if (!impulse) continue;
     // The impulse behind pushes against the motion of the wall, which the one in front no longer shows.

@@ -103,6 +103,12 @@ void EnergyBudget::after_force(std::size_t force, std::span<const LocalIndex> ac
   }
 }
 
+void EnergyBudget::add_forces_to(Node* impulses, std::span<const LocalIndex> active) const {
+  for (const std::vector<Vec3>& given : force_impulses_)
+    for (std::size_t k = 0; k < given.size(); ++k)
+      for (int a = 0; a < 3; ++a) impulses[active[k]].c[a] += given[k][a];
+}
+
 void EnergyBudget::before_kick(const GridUpdate& update, std::span<const LocalIndex> active, const Node* nodes,
                                const Node* impulse) {
   BULKLEY_ASSERT(combined_ == (impulse == nullptr));
@@ -117,9 +123,10 @@ void EnergyBudget::before_kick(const GridUpdate& update, std::span<const LocalIn
         const double mass = q[3];
         double energy = 0.0, work = 0.0;
         for (int a = 0; a < 3; ++a) {
+          const double start = update.joined ? q[a] - f[a] : q[a];
           const double given = f[a] + mass * fall[a];
-          energy += q[a] * q[a];
-          work += given * (q[a] + 0.5 * given);
+          energy += start * start;
+          work += given * (start + 0.5 * given);
         }
         const bool moves = mass > update.smallest_mass;
         const double inverse = moves ? 1.0 / mass : 0.0;

@@ -28,7 +28,7 @@ struct EnergyTotals {
   std::vector<double> forces;                           ///< work of each node force, likewise along the final motion
   std::vector<double> fed_kinetic, fed_elastic;         ///< brought in by each inflow
   std::vector<double> contact_energy, contact_work;     ///< by place of contact: see ContactAccount::Place
-  bool combined = false;  ///< the transfer sums momenta and impulses in one: velocities before impulses are not known
+  bool combined = false;  ///< momenta and impulses are summed in one: velocities before impulses are not known
 };
 
 /// What the account measures changes against.
@@ -65,7 +65,7 @@ class EnergyBudget {
   /// `physics` must outlive this.
   EnergyBudget(const Physics& physics, std::size_t n_forces);
 
-  /// Whether the integrator sums momenta and impulses in one (EnergyTotals::combined). Not collective.
+  /// Whether the integrator knows the sum of momenta and impulses alone (EnergyTotals::combined). Not collective.
   void set_combined(bool combined) { combined_ = combined; }
 
   /// Within a step, and again for every trial of it, in this order. Not collective.
@@ -73,9 +73,12 @@ class EnergyBudget {
   /// Force number `force` is about to add to `impulses`, and has done so.
   void before_force(std::span<const LocalIndex> active, const Node* impulses);
   void after_force(std::size_t force, std::span<const LocalIndex> active, const Node* impulses);
+  /// Adds what all forces have added to `impulses`. Not collective.
+  void add_forces_to(Node* impulses, std::span<const LocalIndex> active) const;
   /// For NodeContact.
   ContactAccount& contact() { return contact_; }
-  /// Folded momenta and impulses, before grid_update; `impulse` is null where combined.
+  /// Folded momenta and impulses, before grid_update; `impulse` is null where combined. Where nodes hold the impulses as well
+  /// (`update.joined`), `add_forces_to` has completed them.
   void before_kick(const GridUpdate& update, std::span<const LocalIndex> active, const Node* nodes, const Node* impulse);
   /// Folded impulses that come after the node update; `nodes` before them.
   void later_kick(const GridUpdate& update, std::span<const LocalIndex> active, const Node* nodes, const Node* impulses);

@@ -21,8 +21,13 @@ constexpr double empty_mass = 0x1p-48;
 }  // namespace
 
 ExplicitStep::ExplicitStep(StepParts& parts)
-    : parts_(parts), splits_(parts.physics.transfer.keeps_residual()), received_(parts.contact.no_impulses()) {
-  parts_.budget.set_combined(!splits_);
+    : parts_(parts),
+      splits_(parts.physics.transfer.keeps_residual()),
+      impulses_(splits_                           ? Impulses::apart
+                : parts.physics.separate_energies ? Impulses::both
+                                                  : Impulses::joined),
+      received_(parts.contact.no_impulses()) {
+  parts_.budget.set_combined(impulses_ == Impulses::joined);
   if (!parts.physics.volumetric_laws.empty()) pressure_ = std::make_unique<ImplicitPressure>(parts);
   if (!parts.physics.implicit_viscosities.empty()) viscosity_ = std::make_unique<ImplicitViscosity>(parts);
   for (const NamedMaterial& named : parts.physics.materials)
@@ -82,7 +87,7 @@ void ExplicitStep::compute_nodes(double time, double dt, StepReport& report, Ste
   const SumBounds sums =
       sum_bounds(parts_.physics.grid, parts_.physics.transfer, parts_.particles.bounds(), dt, splits_, force);
   particles_to_nodes(dt, sums, force);
-  update_nodes(time, {parts_.physics.gravity, dt, empty_mass * sums.mass}, report, local);
+  update_nodes(time, {parts_.physics.gravity, dt, empty_mass * sums.mass, impulses_ == Impulses::both}, report, local);
   nodes_to_pools();
 }
 
@@ -115,30 +120,30 @@ void ExplicitStep::fit() {
   const auto n_owned = static_cast<std::size_t>(parts_.particles.exchange().n_owned());
   const auto n_pool = static_cast<std::size_t>(parts_.particles.layout().n_nodes());
   velocity_.assign(n_owned, Node{});
-  if (splits_) {
+  if (impulses_ != Impulses::joined) {
     change_.assign(n_owned, Node{});
     pairs_.assign(n_pool, NodePair{});
-  } else {
-    pool_.assign(n_pool, Node{});
   }
+  if (!splits_) pool_.assign(n_pool, Node{});
 }
 
 void ExplicitStep::particles_to_nodes(double dt, const SumBounds& sums, const ForceField& force) {
   ParticleGrid& particles = parts_.particles;
-  const auto sum_into = [&](auto* pool) {
+  const auto sum_into = [&](auto* pool, auto... impulses) {
     const PhaseTimer timer(parts_.times, Phase::p2g);
     p2g(particles.grid(), parts_.physics.transfer, particles.layout(), particles.particles(), particles.map(), sums, dt,
-        pool, force);
+        pool, force, impulses...);
   };
-  if (splits_)
-    sum_into(pairs_.data());
-  else
+  const bool joined = impulses_ == Impulses::joined;
+  if (joined)
     sum_into(pool_.data());
-  const PhaseTimer timer(parts_.times, Phase::exchange);
-  if (splits_)
-    particles.exchange().add(pairs_.data(), velocity_.data(), change_.data());
   else
+    sum_into(pairs_.data(), impulses_);
+  const PhaseTimer timer(parts_.times, Phase::exchange);
+  if (joined)
     particles.exchange().add(pool_.data(), velocity_.data());
+  else
+    particles.exchange().add(pairs_.data(), velocity_.data(), change_.data());
 }
 
 // The phases of explicit forces, of viscosity, of the pressure and of contact follow each other.
@@ -175,6 +180,7 @@ void ExplicitStep::push_nodes(double time, const GridUpdate& update, StepBounds&
   const double share = kept_share(update.dt);
   budget.contact().set_kept_share(share);
   parts_.add_forces(update, time, nodes, splits_ ? change() : nodes, local.failures);
+  if (update.joined) budget.add_forces_to(change(), active);
   parts_.contact.set_kept_share(share);
   parts_.contact.fold(update, nodes, change(), budget.contact());
   budget.before_kick(update, active, nodes, change());

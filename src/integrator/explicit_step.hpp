@@ -41,15 +41,16 @@ class ExplicitStep : public Integrator {
   StepBounds trial_motion(const StepBounds& local);
   void nodes_to_particles(double dt, StepBounds& local);
 
-  Node* change() { return splits_ ? change_.data() : nullptr; }
+  Node* change() { return impulses_ == Impulses::joined ? nullptr : change_.data(); }
 
   StepParts& parts_;
   double shear_wave_speed_ = 0.0;  ///< m/s, the largest of the materials at rest
-  bool splits_;           ///< forces are summed apart from momenta: a transfer with a residual needs the change of velocity
+  bool splits_;           ///< particles get the change of velocity, too, for the transfer keeps a residual
+  Impulses impulses_;     ///< apart where splits_; both where only the energy budget asks for them
   NodeVector pool_;       ///< {m v + dt f, m}, then {v, m}; unless splits_
-  NodePairVector pairs_;  ///< of the pool, only where splits_
+  NodePairVector pairs_;  ///< of the pool, unless impulses_ are joined
   NodeVector velocity_;   ///< {m v, m}, then {v, m} of the owned nodes
-  NodeVector change_;     ///< {dt f, -}, then the change of velocity in the step; only where splits_
+  NodeVector change_;     ///< {dt f, -}, then the change of velocity in the step; unless impulses_ are joined
   std::unique_ptr<ImplicitPressure> pressure_;  ///< none where all forces are explicit
   std::unique_ptr<ImplicitViscosity> viscosity_;
   ContactImpulses received_;  ///< by the colliders from this rank's nodes in the step being tried

@@ -55,7 +55,7 @@ void NodeContact::apply(double time, const GridUpdate& update, Node* nodes, Node
   if (rigid_) merge_bodies(time, update, moving_ones, nodes, change, received, account);
   if (!physics_.feeds.empty()) account.apply(feeds_.at(time, update.dt, moving_ones), nodes, change, received);
   account.unfold(update, images_, nodes, change);
-  gauges_.after_unfold(nodes, change, received);
+  gauges_.after_unfold(nodes, update.joined ? nullptr : change, received);
 }
 
 // Bodies and the nodes that they hold, then the walls of those nodes once more.

@@ -31,7 +31,7 @@ class NodeContact {
   /// {m v + dt f, m} of nodes behind walls -> their images in front. Before the node update. `impulse`: as fold_images.
   /// `account`: what contact does to the energy, here and in `apply`. Not collective.
   void fold(const GridUpdate& update, Node* nodes, Node* impulse, ContactAccount& account) {
-    gauges_.before_fold(update, nodes, impulse);
+    gauges_.before_fold(update, nodes, update.joined ? nullptr : impulse);
     account.fold(update, images_, nodes, impulse);
   }
   /// Impulses that were found after `fold` and the node update, of nodes in front of walls and behind -> of those in front. Not

@@ -44,6 +44,9 @@ struct Physics {
   std::optional<Magnets> magnets = {};
   std::vector<RigidBody> rigid_bodies = {};
   std::vector<Feed> feeds = {};
+  /// The energy budget tells the transfer to the grid from the time integration with every transfer, at the cost of a scatter of
+  /// momenta and impulses apart where they are summed in one otherwise.
+  bool separate_energies = false;
 
   /// Places of contact beside the faces: the colliders, then the feeds. Rigid bodies come after them.
   std::size_t n_obstacles() const { return colliders.size() + feeds.size(); }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <type_traits>
 
@@ -186,6 +187,25 @@ Motion motion_of(const Arguments<NodeType>& arg, int b, const Batch<order, NodeT
   return motion;
 }
 
+// The motion leaves the residual dt sym(L0^2) in a step, for the gradient of a moving field changes by -L L. `drift`: what
+// `residual` has of it, and no more; a particle whose field no other shares has no residual, and keeps its motion.
+void drift_of(const Pack (&before)[9], const Pack (&residual)[9], double dt, Pack (&drift)[9]) {
+  Pack square[9];
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 3; ++c)
+      square[3 * r + c] = before[3 * r] * before[c] + before[3 * r + 1] * before[3 + c] + before[3 * r + 2] * before[6 + c];
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 3; ++c) drift[3 * r + c] = 0.5 * (square[3 * r + c] + square[3 * c + r]);
+  const Pack zero = broadcast<Pack>(0.0);
+  Pack along = zero, norm = broadcast<Pack>(std::numeric_limits<double>::min());
+  for (int c = 0; c < 9; ++c) {
+    along += residual[c] * drift[c];
+    norm += drift[c] * drift[c];
+  }
+  const Pack time = maximum(zero, minimum(along / norm, broadcast<Pack>(dt)));
+  for (int c = 0; c < 9; ++c) drift[c] = time * drift[c];
+}
+
 // The residuals of v_p and C_p that particles keep over the step, and what carries them with the flow (T9b). On entry `velocity`
 // and `affine` are those of the particles, `motion` what the nodes give.
 template <SplineOrder order>
@@ -207,17 +227,19 @@ void keep_residual(const Arguments<NodePair>& arg, int b, const Batch<order, Nod
   for (int c = 0; c < 9; ++c) residual[c] = affine[c] - before[c];
   for (int r = 0; r < 3; ++r)
     for (int c = 0; c < 3; ++c) spin[3 * r + c] = 0.5 * (before[3 * r + c] - before[3 * c + r]);
-  // A = (W0 + share R) W0, of which the symmetric part is taken; B = share (R L0^T - q (S dv)^T / D), of which the skew part is.
+  Pack drift[9];  // symmetric: taken off R it leaves the spin, and so angular momentum, as it is
+  drift_of(before, residual, dt, drift);
+  // A = share R W0, of which the symmetric part is taken; B = share (R L0^T - q (S dv)^T / D), of which the skew part is.
   const double inverse_d = inverse_moment * inverse_dx;
   Pack turned[9], torque[9];
   for (int r = 0; r < 3; ++r)
     for (int c = 0; c < 3; ++c) {
       Pack a = broadcast<Pack>(0.0), t = -inverse_d * q[r] * change[c];
       for (int k = 0; k < 3; ++k) {
-        a += (spin[3 * r + k] + share * residual[3 * r + k]) * spin[3 * k + c];
+        a += residual[3 * r + k] * spin[3 * k + c];
         t += residual[3 * r + k] * before[3 * c + k];
       }
-      turned[3 * r + c] = a;
+      turned[3 * r + c] = share * a;
       torque[3 * r + c] = share * t;
     }
   for (int r = 0; r < 3; ++r) {
@@ -225,7 +247,7 @@ void keep_residual(const Arguments<NodePair>& arg, int b, const Batch<order, Nod
     for (int c = 0; c < 3; ++c) {
       const int rc = 3 * r + c, cr = 3 * c + r;
       affine[rc] =
-          motion.affine[rc] + share * residual[rc] + (0.5 * dt) * ((torque[rc] - torque[cr]) - (turned[rc] + turned[cr]));
+          motion.affine[rc] + share * (residual[rc] - drift[rc]) + (0.5 * dt) * ((torque[rc] - torque[cr]) - (turned[rc] + turned[cr]));
     }
   }
 }

@@ -21,12 +21,8 @@ void grid_update(const GridUpdate& update, std::span<const LocalIndex> active, N
     const double inverse = 1.0 / mass;
     for (int a = 0; a < 3; ++a) {
       q[a] *= inverse;
-      if (f) {
-        f[a] = f[a] * inverse + fall[a];
-        q[a] += f[a];
-      } else {
-        q[a] += fall[a];
-      }
+      if (f) f[a] = f[a] * inverse + fall[a];
+      q[a] += f && !update.joined ? f[a] : fall[a];
     }
   }
 }
@@ -44,6 +40,7 @@ void fold_images(const GridUpdate& update, std::span<const NodeImage> images, No
       front[a] += sign * behind[a] + opposite * mass * image.velocity[a];
       if (impulse) force[a] += sign * impulse[image.behind].c[a];
       force[a] -= opposite * mass * update.dt * update.gravity[a];
+      if (impulse && update.joined) front[a] -= opposite * mass * update.dt * update.gravity[a];
     }
     front[3] += mass;
     std::fill_n(behind, 4, 0.0);

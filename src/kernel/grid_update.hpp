@@ -23,15 +23,16 @@ struct GridUpdate {
   Vec3 gravity;          ///< m/s^2
   double dt;             ///< s
   double smallest_mass;  ///< kg; a node with no more counts as empty and gets zero velocity
+  bool joined = false;   ///< nodes hold the impulses, too, where they are given apart (Impulses::both)
 };
 
 /// For every node of `active`: {m v + dt f, m} -> {v, m} with v = (m v + dt f) / m + dt g (T13).
-/// With `impulse` (dt f apart, `nodes` holding m v): also turns `impulse` into {v after - v before forces}; call
+/// With `impulse` (dt f apart, `nodes` holding m v, or m v + dt f with `update.joined`): also turns `impulse` into {v after - v before forces}; call
 /// `apply_constraints` with both. Not collective.
 void grid_update(const GridUpdate& update, std::span<const LocalIndex> active, Node* nodes, Node* impulse);
 
 /// {m v + dt f, m} of the nodes behind walls -> added to their images in front, as the sum over the particles and their mirror
-/// images would have it; nothing stays behind. With `impulse` (dt f apart): that too. Before grid_update. Not collective.
+/// images would have it; nothing stays behind. With `impulse` (dt f apart, or in `nodes` as well): that too. Before grid_update. Not collective.
 void fold_images(const GridUpdate& update, std::span<const NodeImage> images, Node* nodes, Node* impulse);
 
 /// Impulses that have no part in gravity's, of nodes behind walls -> added to their images; none stay behind. Not collective.

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <type_traits>
 
+#include "bulkley/base/error.hpp"
 #include "bulkley/base/tensor.hpp"
 #include "kernel/batch.hpp"
 
@@ -12,8 +13,8 @@ namespace bulkley {
 namespace {
 
 // What one particle gives to node (i, j, k) of its stencil: w (q + i a_x + j a_y + k a_z) of momentum and mass; for the MLS
-// form of the force an impulse of the same kind, joined to it in a Node, next to it in a NodePair; for the B-spline form
-// (grad w) . F, F the columns of -dt V tau. The impulse of a force on the particle itself, dt F_p w, joins the MLS impulse or q.
+// form of the force an impulse of the same kind, where Impulses says; for the B-spline form (grad w) . F, F the columns of
+// -dt V tau. The impulse of a force on the particle itself, dt F_p w, joins the MLS impulse or q.
 template <SplineOrder order, class NodeType>
 struct Batch {
   static constexpr int s = stencil_width(order);
@@ -22,8 +23,8 @@ struct Batch {
   alignas(64) double wz[s][batch_size];
   alignas(64) double dxy[2][s * s][batch_size];  // B-spline form: derivatives d_x w_y and w_x d_y
   alignas(64) double dz[s][batch_size];
-  alignas(64) Quad momentum[batch_size][4][n_quads];  // q, a_x, a_y, a_z; in the second quads those of the MLS impulse
-  alignas(64) Quad impulse[batch_size][4];            // B-spline: F_x, F_y, F_z; then dt F_p, where impulses are apart
+  alignas(64) Quad momentum[batch_size][4][n_quads];  // q, a_x, a_y, a_z; in second quads those of the MLS impulse
+  alignas(64) Quad impulse[batch_size][4];            // B-spline: F_x, F_y, F_z; then dt F_p, unless joined
 };
 
 template <class NodeType>
@@ -67,10 +68,11 @@ void prepare_weights(const Pack (&fx)[3], int b, Batch<order, NodeType>& batch) 
 }
 
 // Everything the batch holds of n_lanes particles, first particle `p`, at place `b`.
-template <SplineOrder order, GradientForm form, bool forced, class NodeType>
+template <SplineOrder order, GradientForm form, bool forced, Impulses impulses, class NodeType>
 void prepare(const Arguments<NodeType>& arg, LocalIndex p, int b, Batch<order, NodeType>& batch) {
   constexpr int n_quads = Batch<order, NodeType>::n_quads;
-  constexpr bool split = n_quads == 2;
+  constexpr bool two = impulses != Impulses::joined;
+  static_assert(two == (n_quads == 2));
   const double dx = arg.cell_size;
   Pack fx[3];
   for (int a = 0; a < 3; ++a) fx[a] = arg.frame.offset_in_stencil(a, arg.position(p, a));
@@ -97,22 +99,18 @@ void prepare(const Arguments<NodeType>& arg, LocalIndex p, int b, Batch<order, N
       a[c][r] = arg.affine ? mass_dx * arg.affine_velocity(p, 3 * r + c) : zero;
       f[c][r] = force * stress(r, c);
       if constexpr (form == GradientForm::mls) {
-        if constexpr (split)
-          fq[r] -= f[c][r] * fx[c];
-        else
-          a[c][r] += f[c][r];
+        if constexpr (two) fq[r] -= f[c][r] * fx[c];
+        if constexpr (impulses != Impulses::apart) a[c][r] += f[c][r];
       }
       q[r] -= a[c][r] * fx[c];
     }
     if constexpr (forced) {
       const Pack given = arg.dt * arg.force(p, r);
-      if constexpr (split)
-        fq[r] += given;
-      else
-        q[r] += given;
+      if constexpr (two) fq[r] += given;
+      if constexpr (impulses != Impulses::apart) q[r] += given;
     }
   }
-  if constexpr (split && form == GradientForm::mls) {
+  if constexpr (two && form == GradientForm::mls) {
     store_octs(q, fq, &batch.momentum[b][0][0], 8);
     for (int c = 0; c < 3; ++c) store_octs(a[c], f[c], &batch.momentum[b][1 + c][0], 8);
   } else {
@@ -121,7 +119,7 @@ void prepare(const Arguments<NodeType>& arg, LocalIndex p, int b, Batch<order, N
   }
   if constexpr (form == GradientForm::bspline) {
     for (int c = 0; c < 3; ++c) store_quads(f[c], &batch.impulse[b][c], 4);
-    if constexpr (forced && split) store_quads(fq, &batch.impulse[b][3], 4);
+    if constexpr (forced && two) store_quads(fq, &batch.impulse[b][3], 4);
   }
 }
 
@@ -137,10 +135,10 @@ Vector rounding_constants(const Arguments<NodeType>& arg) {
   return load_vector<Vector>(both);
 }
 
-template <SplineOrder order, GradientForm form, bool forced, class NodeType>
+template <SplineOrder order, GradientForm form, bool forced, Impulses impulses, class NodeType>
 void scatter(const Arguments<NodeType>& arg, LocalIndex cell, int b, const Batch<order, NodeType>& batch) {
   constexpr int s = stencil_width(order);
-  constexpr bool mls = form == GradientForm::mls, split = Batch<order, NodeType>::n_quads == 2;
+  constexpr bool mls = form == GradientForm::mls;
   using Vector = std::conditional_t<mls, typename VectorOf<NodeType>::type, Quad>;
   const StencilRows<order, NodeType> pool(arg.row_offsets, cell, arg.pool);
   const Vector constant = rounding_constants<Vector>(arg);
@@ -157,9 +155,11 @@ void scatter(const Arguments<NodeType>& arg, LocalIndex cell, int b, const Batch
       Vector q = w * qj;  // w_x w_y of node (i, j, 0), and its increment along z
       const Vector qz = w * momentum(3);
       Quad g{}, gz{};  // B-spline: the parts of grad w that w_z and d_z multiply
+      Quad given{};    // dt F_p w, where q does not have it or the impulse is told apart
       if constexpr (!mls) {
         g = batch.dxy[0][i * s + j][b] * f[0] + batch.dxy[1][i * s + j][b] * f[1];
-        if constexpr (forced && split) g += w * f[3];
+        if constexpr (forced && impulses == Impulses::apart) g += w * f[3];
+        if constexpr (forced && impulses == Impulses::both) given = w * f[3];
         gz = w * f[2];
       }
 #pragma GCC unroll 4
@@ -167,9 +167,16 @@ void scatter(const Arguments<NodeType>& arg, LocalIndex cell, int b, const Batch
         const double wz = batch.wz[k][b];
         if constexpr (mls) {
           add_rounded(to[k], wz * q, constant);
-        } else if constexpr (split) {
+        } else if constexpr (impulses == Impulses::apart) {
           add_rounded(to[k].motion, wz * q, constant);
           add_rounded(to[k].change, wz * g + batch.dz[k][b] * gz, arg.impulse_constant);
+        } else if constexpr (impulses == Impulses::both) {
+          const Quad impulse = wz * g + batch.dz[k][b] * gz;
+          add_rounded(to[k].motion, wz * q + impulse, constant);
+          if constexpr (forced)
+            add_rounded(to[k].change, impulse + wz * given, arg.impulse_constant);
+          else
+            add_rounded(to[k].change, impulse, arg.impulse_constant);
         } else {
           add_rounded(to[k], wz * q + (wz * g + batch.dz[k][b] * gz), constant);
         }
@@ -182,7 +189,7 @@ void scatter(const Arguments<NodeType>& arg, LocalIndex cell, int b, const Batch
 }
 
 // Flattened: every call below is inlined here.
-template <SplineOrder order, GradientForm form, bool forced, class NodeType>
+template <SplineOrder order, GradientForm form, bool forced, Impulses impulses, class NodeType>
 [[gnu::flatten]] void run(const Arguments<NodeType>& arguments) {
   const Arguments<NodeType> arg = arguments;  // its own copy, which no store to a node can be suspected to change
   Batch<order, NodeType> batch;
@@ -197,12 +204,12 @@ template <SplineOrder order, GradientForm form, bool forced, class NodeType>
     arg.mass.prefetch(ahead);
     arg.reference_volume.prefetch(ahead);
     if constexpr (forced) arg.force.prefetch(ahead);
-    for (int b = 0; b < size; b += n_lanes) prepare<order, form, forced>(arg, first + b, b, batch);
-    for (int b = 0; b < size; ++b) scatter<order, form, forced>(arg, arg.cell[first + b], b, batch);
+    for (int b = 0; b < size; b += n_lanes) prepare<order, form, forced, impulses>(arg, first + b, b, batch);
+    for (int b = 0; b < size; ++b) scatter<order, form, forced, impulses>(arg, arg.cell[first + b], b, batch);
   }
 }
 
-template <class NodeType>
+template <Impulses impulses, class NodeType>
 void run_all(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout,
              const ParticleSet& particles, const CellMap& map, const ForceField& force, const SumBounds& sums, double dt,
              NodeType* pool) {
@@ -226,7 +233,9 @@ void run_all(const GridGeometry& grid, const TransferSettings& transfer, const P
                                 pool};
   std::fill_n(pool, layout.n_nodes(), NodeType{});
   with_order(grid.order, [&](auto order) {
-    const auto run_form = [&](auto form) { force ? run<order(), form(), true>(arg) : run<order(), form(), false>(arg); };
+    const auto run_form = [&](auto form) {
+      force ? run<order(), form(), true, impulses>(arg) : run<order(), form(), false, impulses>(arg);
+    };
     if (transfer.gradient == GradientForm::mls)
       run_form(std::integral_constant<GradientForm, GradientForm::mls>{});
     else
@@ -252,12 +261,17 @@ SumBounds sum_bounds(const GridGeometry& grid, const TransferSettings& transfer,
 
 void p2g(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const ParticleSet& particles,
          const CellMap& map, const SumBounds& sums, double dt, Node* pool, const ForceField& force) {
-  run_all(grid, transfer, layout, particles, map, force, sums, dt, pool);
+  run_all<Impulses::joined>(grid, transfer, layout, particles, map, force, sums, dt, pool);
 }
 
 void p2g(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const ParticleSet& particles,
-         const CellMap& map, const SumBounds& sums, double dt, NodePair* pool, const ForceField& force) {
-  run_all(grid, transfer, layout, particles, map, force, sums, dt, pool);
+         const CellMap& map, const SumBounds& sums, double dt, NodePair* pool, const ForceField& force,
+         Impulses impulses) {
+  BULKLEY_ASSERT(impulses != Impulses::joined);
+  if (impulses == Impulses::both)
+    run_all<Impulses::both>(grid, transfer, layout, particles, map, force, sums, dt, pool);
+  else
+    run_all<Impulses::apart>(grid, transfer, layout, particles, map, force, sums, dt, pool);
 }
 
 }  // namespace bulkley

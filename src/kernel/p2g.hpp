@@ -23,20 +23,27 @@ struct ParticleForce {
 };
 using ForceField = std::optional<ParticleForce>;
 
-/// From the merged bounds of the previous step and the time step to come. `splits`: impulses go into an array of their own. Not
-/// collective.
+/// Where the impulses of the internal forces go.
+enum class Impulses {
+  joined,  ///< into the momentum of a Node
+  apart,   ///< into the second node of a NodePair, for schemes that need the velocity before the forces
+  both     ///< into both nodes of a NodePair; the first is what `joined` gives, to rounding
+};
+
+/// From the merged bounds of the previous step and the time step to come. `splits`: momenta are without impulses
+/// (Impulses::apart). Not collective.
 SumBounds sum_bounds(const GridGeometry& grid, const TransferSettings& transfer, const StepBounds& bounds, double dt,
                      bool splits, const ForceField& force = {});
 
 /// Sums mass and momentum of all particles into `pool` (zeroed here; layout.n_nodes() nodes):
 ///   m_i = sum w m_p (T4),  (m v)_i = sum w m_p (v_p + C_p (x_i - x_p)) (T5), C_p only where the transfer is affine,
-/// and the impulse dt f_i of the internal forces ((T11) or (T12), as `transfer` says): added to the momentum of a Node, apart from
-/// it in a NodePair, for schemes that need the velocity before the forces; with it dt sum w F_p of `force`. `sums` must be of the
-/// same choice. Reads position, velocity, affine_velocity, kirchhoff_stress, mass, reference_volume, the force. Every contribution is rounded for
+/// and the impulse dt f_i of the internal forces ((T11) or (T12), as `transfer` says), with it dt sum w F_p of `force`. A Node
+/// joins both; of a NodePair, `impulses` (apart or both) says it. `sums` must be of the same choice. Reads position, velocity, affine_velocity, kirchhoff_stress, mass, reference_volume, the force. Every contribution is rounded for
 /// order-free sums. Not collective.
 void p2g(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const ParticleSet& particles,
          const CellMap& map, const SumBounds& sums, double dt, Node* pool, const ForceField& force = {});
 void p2g(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const ParticleSet& particles,
-         const CellMap& map, const SumBounds& sums, double dt, NodePair* pool, const ForceField& force = {});
+         const CellMap& map, const SumBounds& sums, double dt, NodePair* pool, const ForceField& force = {},
+         Impulses impulses = Impulses::apart);
 
 }  // namespace bulkley

@@ -21,6 +21,10 @@ inline const config::Keys<OutputSettings>& keys(config::Of<OutputSettings>) {
                {.about = "Simulated time between frames; 0: no frames.", .unit = "s", .range = config::at_least(0.0)})
           .key("history_interval", &S::history_interval,
                {.about = "Steps between rows of history.csv.", .unit = "steps", .range = config::at_least(1.0)})
+          .key("separate_energies", &S::separate_energies,
+               {.about = "Also tell, with schemes PIC and APIC, the energy lost to the grid from what the time integration "
+                         "leaves over, which otherwise are known together only. Particles then differ in the last bits; "
+                         "p2g takes longer."})
           .key("progress_interval", &S::progress_interval,
                {.about = "Wall time between progress lines.", .unit = "s", .range = config::at_least(0.0), .duration = true})
           .key("fields", &S::fields,

@@ -40,6 +40,7 @@ struct OutputSettings {
   FloatPrecision precision = FloatPrecision::float32;
   int compression = 0;  ///< deflate level of frames, 1 to 9; 0: none
   bool grid = false;    ///< also write grid mass density and velocity
+  bool separate_energies = false;  ///< history.csv tells the transfer to the grid from the time integration with every transfer
   bool tiles = false;   ///< also write rank, particles and load of each tile
   bool magnetic_field = false;  ///< also write the magnetic field on the nodes of its box
   std::vector<Front> fronts;

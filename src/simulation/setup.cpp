@@ -75,6 +75,7 @@ Physics physics_of(const Scene& scene) {
   physics.magnets = magnets_of(scene);
   physics.rigid_bodies = scene.rigid_bodies;
   physics.feeds = feeds_of(scene.grid, scene.inflows, scene.bodies.size(), scene.time_stepping.end_time);
+  physics.separate_energies = scene.output.separate_energies;
   return physics;
 }
 

@@ -104,6 +104,48 @@ TEST_F(SolverReferenceTest, ContactWithFloorWallsAndCollider) {
   }
 }
 
+// What the stages of the steps do to the kinetic energy, with momenta and impulses told apart in every transfer.
+TEST_F(SolverReferenceTest, EnergiesOfTheStages) {
+  for (const TransferSettings& transfer : all_transfers()) {
+    SCOPED_TRACE(describe(transfer));
+    SolverScene scene = periodic_scene(transfer, {8, 8, 8}, {true, true, true});
+    scene.physics.separate_energies = true;
+    const auto solver = solver_of(comm, scene, partition_of(comm, scene, PartitionMethod::ranges, false));
+    ReferenceMpm reference = reference_of(scene);
+    const double inertia = transfer.affine() ? reference.second_moment() : 0.0;
+    const auto of_particles = [&] {
+      double sum = 0.0;
+      for (const ReferenceParticle& p : reference.particles)
+        sum += 0.5 * p.m * (p.v.squaredNorm() + inertia * p.C.squaredNorm());
+      return sum;
+    };
+    TimeStepState state;
+    double to_grid = 0.0, kicks = 0.0, from_grid = 0.0, largest = 0.0;
+    for (int step = 0; step < 20; ++step) {
+      solver->step({0.0, 1.0}, state);
+      if (!comm.is_root()) continue;
+      const double before = of_particles();
+      reference.step(scene.physics.time_stepping.dt_fixed);
+      double old_nodes = 0.0, nodes = 0.0;
+      for (const ReferenceNode& node : reference.nodes) {
+        old_nodes += 0.5 * node.m * node.v_old.squaredNorm();
+        nodes += 0.5 * node.m * node.v.squaredNorm();
+      }
+      to_grid += before - old_nodes;
+      kicks += nodes - old_nodes;
+      from_grid += nodes - of_particles();
+      largest = std::max(largest, before);
+    }
+    const EnergyTotals found = solver->energy_totals();
+    if (!comm.is_root()) continue;
+    EXPECT_NEAR(found.to_grid, to_grid, 1e-9 * largest);
+    EXPECT_NEAR(found.kicks, kicks, 1e-9 * largest);
+    EXPECT_NEAR(found.from_grid, from_grid, 1e-9 * largest);
+    EXPECT_GT(to_grid, 1e-3 * largest);
+    EXPECT_FALSE(found.combined);
+  }
+}
+
 TEST_F(SolverReferenceTest, PeriodicBox) {
   for (const TransferSettings& transfer : all_transfers()) {
     SCOPED_TRACE(describe(transfer));

@@ -220,9 +220,12 @@ class ReferenceMpm {
       p.L = bspline() ? gradient : C;
       if (t.scheme == TransferScheme::moment_flip) {
         const Mat3 L0 = (B - B_of_change) / second_moment(), W0 = skew(L0), R = p.C - L0;
-        p.C = C + alpha * R +
-              dt * (-W0 * W0 - alpha * sym(R * W0) + alpha * skew(R * L0.transpose()) -
-                    alpha / second_moment() * skew(residual * change.transpose()));
+        const Mat3 Q = sym(L0 * L0);
+        const double along = R.cwiseProduct(Q).sum();
+        const double time = along > 0.0 ? std::min(along / Q.squaredNorm(), dt) : 0.0;
+        p.C = C + alpha * (R - time * Q) +
+              dt * alpha *
+                  (-sym(R * W0) + skew(R * L0.transpose()) - skew(residual * change.transpose()) / second_moment());
       } else {
         p.C = (1.0 - zeta) * C + 0.5 * zeta * (C - C.transpose());
       }

@@ -90,6 +90,37 @@ TEST(Transfer, NodesReceiveWhatTheReferenceGivesThem) {
   }
 }
 
+// Impulses in both nodes of a pair: momenta with them as in one node, and impulses as they are apart.
+TEST(Transfer, ImpulsesInBothNodesOfAPairLeaveMomentaAsTheyAre) {
+  const double dt = 1e-2;
+  for (const TransferSettings& transfer : all_transfers())
+    for (const bool forced : {false, true}) {
+      if (transfer.keeps_residual()) continue;
+      SCOPED_TRACE(describe(transfer));
+      SerialStep run(open_scene(transfer), random_particles(open_scene(transfer), 777, 5, true));
+      if (forced) run.force = ParticleForce{Field::velocity, 1.0};
+      run.particles_to_nodes(dt);
+      std::vector<NodePair> both(run.nodes.size()), apart(run.nodes.size());
+      const auto scatter = [&](std::vector<NodePair>& pairs, Impulses impulses) {
+        const SumBounds sums = sum_bounds(run.scene.grid, transfer, run.bounds, dt, impulses == Impulses::apart, run.force);
+        p2g(run.scene.grid, transfer, run.layout, run.particles, run.map, sums, dt, pairs.data(), run.force, impulses);
+      };
+      scatter(both, Impulses::both);
+      scatter(apart, Impulses::apart);
+      double largest = 0.0;
+      for (std::size_t n = 0; n < both.size(); ++n) {
+        for (int c = 0; c < 4; ++c)
+          EXPECT_NEAR(both[n].motion.c[c], run.nodes[n].c[c], sum_tolerance(1000, c < 3 ? run.sums.momentum : run.sums.mass));
+        const Node &f = both[n].change, &truth = apart[n].change;
+        for (int a = 0; a < 3; ++a) {
+          EXPECT_NEAR(f.c[a], truth.c[a], sum_tolerance(1000, run.sums.impulse));
+          largest = std::max(largest, std::abs(truth.c[a]));
+        }
+      }
+      EXPECT_GT(largest, 1e6 * sum_tolerance(1000, run.sums.impulse));
+    }
+}
+
 // Any field of three components serves as the force.
 TEST(Transfer, AForceOnParticlesJoinsTheImpulses) {
   const double dt = 1e-2;
