@@ -263,7 +263,8 @@ void ImplicitPressure::set_diagonal(double dt, double unclipped_dt) {
     const auto c = static_cast<std::size_t>(own_[k]), b = static_cast<std::size_t>(block_of_[k]);
     within_block_[k] = stiffness * block_volume_[b] / block_mass_[b] * volume_[k];
     const double z = within_block_[k] * (1.0 - volume_[k] * inverse_block_volume_[b]);
-    inverse_diagonal_[c] = 1.0 / (compliance_[k] + dt * dt * (diagonal_of(rows_, own_[k], scales.data()) + by_bodies[c]) + z);
+    inverse_diagonal_[c] =
+        1.0 / (compliance_[k] + dt * dt * (diagonal_of(rows_, own_[k], scales.data()) + by_bodies[c]) + z);
   }
 }
 
@@ -458,7 +459,8 @@ std::size_t ImplicitPressure::memory() const {
                                 rows_.rounded.capacity() + block_of_.capacity() + others_.capacity() +
                                 end_of_plane_.capacity() + wave_of_own_.capacity() + own_by_wave_.capacity();
   return n_values * sizeof(double) + n_nodes * sizeof(Node) + n_indices * sizeof(LocalIndex) +
-         3 * volume_.capacity() * sizeof(double) + contact_.memory() + matrix_.memory() + (bodies_ ? bodies_->memory() : 0) + (grid_ ? grid_->memory() : 0);
+         3 * volume_.capacity() * sizeof(double) + contact_.memory() + matrix_.memory() + (bodies_ ? bodies_->memory() : 0) +
+         (grid_ ? grid_->memory() : 0);
 }
 
 }  // namespace bulkley

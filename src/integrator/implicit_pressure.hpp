@@ -71,7 +71,7 @@ class ImplicitPressure {
   VolumetricLaws laws_;
   bool any_may_part_;  // some material holds no tension
   PressureContact contact_;
-  std::unique_ptr<PressureBodies> bodies_;                          // only where there are rigid bodies
+  std::unique_ptr<PressureBodies> bodies_;                               // only where there are rigid bodies
   PressureBodies::Coupling coupling_of_scaled_, coupling_of_direction_;  // likewise
   std::unique_ptr<CellGrid> grid_;
   GlobalIndex fitted_ = -1;

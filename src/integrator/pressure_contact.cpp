@@ -232,8 +232,8 @@ GlobalIndex PressureContact::revise(const double* scale, const Node* free, doubl
 std::size_t PressureContact::memory() const {
   return (nodes_.capacity() + nodes_by_wave_.capacity()) * sizeof(LocalIndex) + waves_.memory() +
          fixed_.capacity() * sizeof(NodeConstraint) + images_.capacity() * sizeof(NodeImage) +
-         constraints_.capacity() * sizeof(Constraint) + held_.capacity() * sizeof(HeldNode) + body_nodes_.capacity() * sizeof(BodyNode) +
-         (moving_ ? moving_->memory() : 0);
+         constraints_.capacity() * sizeof(Constraint) + held_.capacity() * sizeof(HeldNode) +
+         body_nodes_.capacity() * sizeof(BodyNode) + (moving_ ? moving_->memory() : 0);
 }
 
 }  // namespace bulkley

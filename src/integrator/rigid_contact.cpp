@@ -65,12 +65,19 @@ void RigidContact::fit(std::vector<Int3> nodes, std::vector<LocalIndex> places, 
 
 ExactSums RigidContact::no_sums() const { return {n_sums * bodies_.size(), mass_of_a_cell(physics_)}; }
 
+// An implicit pressure knows which nodes are held. There bodies reach as far as makes a plane act where it is, in the mean over where nodes
+// lie: 0.15 cells less than sticky colliders.
+double RigidContact::reach(const RigidBody& body) const {
+  const bool pressure_is_implicit = !physics_.volumetric_laws.empty();
+  return pressure_is_implicit ? 0.6 * physics_.grid.cell_size : reach_of_hold(physics_.grid, body);
+}
+
 // A node within the reach of several bodies is of the one in which it is deepest.
 std::optional<NodeConstraint> RigidContact::held_at(const Vec3& x, std::span<const Pose> poses) const {
   double deepest = std::numeric_limits<double>::infinity();
   std::optional<std::size_t> owner;
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
-    const double hold = reach_of_hold(physics_.grid, bodies_[b]);
+    const double hold = reach(bodies_[b]);
     const Vec3 arm = nearest_arm(physics_.grid, states_[b].center, x);
     if (!(arm.norm() <= starts_[b].reach + hold)) continue;
     const double distance = signed_distance(bodies_[b].shape, poses[b], states_[b].center + arm);
@@ -82,12 +89,9 @@ std::optional<NodeConstraint> RigidContact::held_at(const Vec3& x, std::span<con
   if (!owner) return std::nullopt;
   const RigidBody& body = bodies_[*owner];
   const Vec3 arm = nearest_arm(physics_.grid, states_[*owner].center, x);
-  return NodeConstraint{-1,
-                        body.contact,
-                        0.0,
-                        outward_normal(body.shape, poses[*owner], states_[*owner].center + arm),
-                        Vec3::Zero(),
-                        static_cast<std::int32_t>(physics_.n_obstacles() + *owner),
+  return NodeConstraint{-1,           body.contact,
+                        0.0,          outward_normal(body.shape, poses[*owner], states_[*owner].center + arm),
+                        Vec3::Zero(), static_cast<std::int32_t>(physics_.n_obstacles() + *owner),
                         arm};
 }
 
@@ -152,10 +156,12 @@ RigidContact::Pushed RigidContact::pushed(std::size_t b, double time, const Grid
   state.momentum += update.dt * mass.mass * update.gravity;
   confine(state);
   const double falling = kinetic_energy(mass, state), gravity_work = falling - kinetic_energy(mass, states_[b]);
-  state.momentum += update.dt * read(drives_[b].force, "force");
-  state.angular_momentum += update.dt * read(drives_[b].torque, "torque");
+  const Vec3 force = update.dt * read(drives_[b].force, "force"), torque = update.dt * read(drives_[b].torque, "torque");
+  state.momentum += force;
+  state.angular_momentum += torque;
   confine(state);
-  return {state, gravity_work, kinetic_energy(mass, state) - falling};
+  return {state, update.dt * mass.mass * update.gravity + force, torque, gravity_work,
+          kinetic_energy(mass, state) - falling};
 }
 
 MergedBody RigidContact::merged(std::size_t b, const Pushed& pushed, double dt, const ExactSums& sums) const {
@@ -218,6 +224,14 @@ RigidVelocity RigidContact::solve(std::size_t b, double time, const GridUpdate& 
   trial.angular_momentum = after.angular_momentum;
   trial.impulse = impulse.head<3>();
   trial.angular_impulse = length * impulse.tail<3>();
+  if (body.freedom) {  // what nothing else has given
+    const Vec3 spring = -dt * stiffness * stretch;
+    const double winding = winds ? -body.winding * (body.wound + dt * body.rate()) : 0.0;
+    trial.guide_impulse =
+        after.momentum - states_[b].momentum - driven.impulse - trial.impulse - (winds ? Vec3::Zero() : spring);
+    trial.guide_angular_impulse = after.angular_momentum - states_[b].angular_momentum - driven.angular_impulse -
+                                  trial.angular_impulse - winding * starts_[b].guide->direction;
+  }
   return {u.head<3>(), u.tail<3>() / length, Vec3::Zero()};
 }
 
@@ -228,8 +242,7 @@ void RigidContact::merge(double time, const GridUpdate& update, std::span<const 
   const ExactSums all = sum_global(comm_, sums_);
   std::vector<RigidVelocity> velocities;
   for (std::size_t b = 0; b < bodies_.size(); ++b) velocities.push_back(solve(b, time, update, all));
-  for (NodeConstraint& constraint : held_)
-    constraint.velocity = velocities[body_of(constraint)].at(constraint.arm);
+  for (NodeConstraint& constraint : held_) constraint.velocity = velocities[body_of(constraint)].at(constraint.arm);
 }
 
 void RigidContact::accept(double time, double dt) {
@@ -248,7 +261,14 @@ void RigidContact::accept(double time, double dt) {
     account.gravity_work += trial.gravity_work;
     account.applied_work += trial.applied_work;
     account.merging_loss += trial.merging_loss;
+    account.guide_impulse += trial.guide_impulse;
+    account.guide_angular_impulse += trial.guide_angular_impulse;
+    const RigidState still = states_[b];
     advance(starts_[b].mass, starts_[b].guide, dt, states_[b]);
+    if (starts_[b].guide) {  // it leads the body round its axis
+      account.guide_impulse += states_[b].momentum - still.momentum;
+      account.guide_angular_impulse += states_[b].angular_momentum - still.angular_momentum;
+    }
   }
   collisions_.push_out(dt, states_, collisions);
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
@@ -287,7 +307,9 @@ std::vector<std::string> RigidContact::columns() {
                                        {"spin", "rad/s"},
                                        {"force", "N"},
                                        {"torque", "N m"},
-                                       {"collision_force", "N"}})
+                                       {"collision_force", "N"},
+                                       {"guide_force", "N"},
+                                       {"guide_torque", "N m"}})
     for (const char* axis : {"x", "y", "z"}) columns.push_back(fmt::format("{}_{} [{}]", quantity, axis, unit));
   columns.emplace_back("turn [rad]");
   for (const char* energy : {"kinetic_energy", "gravity_work", "applied_work", "merging_loss", "collision_work"})
@@ -303,7 +325,8 @@ std::vector<std::vector<double>> RigidContact::history() const {
     const double per_second = account.duration > 0.0 ? 1.0 / account.duration : 0.0;
     std::vector<double>& row = rows.emplace_back();
     for (const Vec3& v : {states_[b].center, now.velocity, now.angular_velocity, Vec3(per_second * account.impulse),
-                          Vec3(per_second * account.angular_impulse), Vec3(per_second * account.collision_impulse)})
+                          Vec3(per_second * account.angular_impulse), Vec3(per_second * account.collision_impulse),
+                          Vec3(per_second * account.guide_impulse), Vec3(per_second * account.guide_angular_impulse)})
       for (int a = 0; a < 3; ++a) row.push_back(v[a]);
     row.push_back(states_[b].turn);
     row.push_back(kinetic_energy(starts_[b].mass, states_[b]));
@@ -317,7 +340,9 @@ std::vector<std::vector<double>> RigidContact::history() const {
 
 void RigidContact::begin_history() {
   for (Account& account : accounts_) {
-    account.impulse = account.angular_impulse = account.collision_impulse = Vec3::Zero();
+    for (Vec3* impulse : {&account.impulse, &account.angular_impulse, &account.collision_impulse, &account.guide_impulse,
+                          &account.guide_angular_impulse})
+      *impulse = Vec3::Zero();
     account.duration = 0.0;
   }
 }
@@ -340,6 +365,8 @@ void RigidContact::for_each_number(auto& state, auto& account, const auto& visit
   visit("merging_loss", account.merging_loss);
   visit_vector("collision_impulse", account.collision_impulse);
   visit("collision_work", account.collision_work);
+  visit_vector("guide_impulse", account.guide_impulse);
+  visit_vector("guide_angular_impulse", account.guide_angular_impulse);
 }
 
 void RigidContact::save(Reals& reals) const {

@@ -71,11 +71,12 @@ class RigidContact {
  private:
   /// What a body has gone through since the start, or since the row before.
   struct Account {
-    Vec3 impulse = Vec3::Zero(), angular_impulse = Vec3::Zero();        ///< by the material, since the row before
-    double duration = 0.0;                                              ///< s, since the row before
-    Vec3 collision_impulse = Vec3::Zero();                              ///< since the row before
-    double gravity_work = 0.0, applied_work = 0.0, merging_loss = 0.0;  ///< J, since the start
-    double collision_work = 0.0;                                        ///< likewise
+    Vec3 impulse = Vec3::Zero(), angular_impulse = Vec3::Zero();              ///< by the material, since the row before
+    double duration = 0.0;                                                    ///< s, since the row before
+    Vec3 collision_impulse = Vec3::Zero();                                    ///< since the row before
+    Vec3 guide_impulse = Vec3::Zero(), guide_angular_impulse = Vec3::Zero();  ///< likewise, but for collisions
+    double gravity_work = 0.0, applied_work = 0.0, merging_loss = 0.0;        ///< J, since the start
+    double collision_work = 0.0;                                              ///< likewise
   };
   /// What the scene pushes a body with.
   struct Drive {
@@ -84,16 +85,19 @@ class RigidContact {
   /// The end of the step that is tried.
   struct Trial {
     Vec3 momentum, angular_momentum, impulse, angular_impulse;
+    Vec3 guide_impulse = Vec3::Zero(), guide_angular_impulse = Vec3::Zero();
     double gravity_work, applied_work, merging_loss;
   };
-  /// The state after gravity, the scene's force and torque, within the guide; and what these two do, J.
+  /// The state after gravity, the scene's force and torque, within the guide; and what these are, kg m/s and kg m^2/s, and do, J.
   struct Pushed {
     RigidState state;
+    Vec3 impulse, angular_impulse;
     double gravity_work, applied_work;
   };
   static constexpr std::size_t n_sums = 27;  ///< lower triangle of a 6 x 6 matrix, row after row, then the right side
 
   void find_held(std::span<const NodeConstraint> moving, double smallest_mass, const Node* nodes);
+  double reach(const RigidBody& body) const;
   Pushed pushed(std::size_t body, double time, const GridUpdate& update);
   MergedBody merged(std::size_t body, const Pushed& pushed, double dt, const ExactSums& sums) const;
   RigidVelocity solve(std::size_t body, double time, const GridUpdate& update, const ExactSums& sums);

@@ -118,11 +118,12 @@ void join_rigid_bodies(const config::Value& root, Scene& scene, config::Faults& 
     faults.add(list->place,
                fmt::format("'rigid_bodies' has {} entries; at most {} are possible", list->items.size(), most_bodies));
   if (scene.time_stepping.viscosity == ViscosityKind::implicit_stress)
-    faults.add(list->place, "'rigid_bodies' needs explicit viscosity: the system of time.viscosity = \"implicit\" does not "
-                            "contain the bodies");
-  if (scene.time_stepping.integrator == IntegratorKind::imex &&
-      scene.time_stepping.pressure.solver == PressureSolver::petsc)
-    faults.add(list->place, "'rigid_bodies' needs time.pressure.solver = \"cg\": the matrix that PETSc gets has no rows of bodies");
+    faults.add(list->place,
+               "'rigid_bodies' needs explicit viscosity: the system of time.viscosity = \"implicit\" does not "
+               "contain the bodies");
+  if (scene.time_stepping.integrator == IntegratorKind::imex && scene.time_stepping.pressure.solver == PressureSolver::petsc)
+    faults.add(list->place,
+               "'rigid_bodies' needs time.pressure.solver = \"cg\": the matrix that PETSc gets has no rows of bodies");
 }
 
 }  // namespace bulkley
