@@ -19,9 +19,9 @@ SCENE = pathlib.Path(__file__).resolve().with_name("rigid_bodies.toml")
 ROUNDING = 1e-12
 DRIVEN = {"ball": 'force = ["0", "0", "500"]\nspring = 1e4\n',
           "brick": 'axis = [0.0, 2.0, 0.0]\naxis_point = [0.62, 0.5, 0.6]\nspring = 5.0\ntorque = ["0", "40 * cos(40 * t)", "0"]\n'}
-# The jelly as stiff as water, and so many steps in the same time.
-IMEX = [word for setting in ("integrator=imex", "dt_max=4e-4") for word in ("--set", "time." + setting)]
-IMEX += ["--set", "materials.jelly.bulk_modulus=2e9"]
+# The jelly as stiff as water, and as many steps in the same time; but where bodies must get through it.
+IMEX = ["--set", "time.integrator=imex"]
+STIFF = ["--set", "materials.jelly.bulk_modulus=2e9", "--set", "time.dt_max=4e-4"]
 BALL = 7800.0 * 4.0 / 3.0 * math.pi * 0.13**3
 MASSES = {"ball": BALL, "brick": 0.1}
 OF_RANKS = {"imbalance", "repartitions", "moved_particles", "migrated_particles", "halo_bytes_largest [B]",
@@ -124,10 +124,10 @@ def expect_same_history(table, other, what):
 
 
 class Test:
-    """The runs of one integrator."""
+    """The runs of one integrator; `stiff`: further settings of all but `collide`."""
 
-    def __init__(self, program, work, name, sets):
-        self.program, self.work, self.name, self.sets = program, work, name, sets
+    def __init__(self, program, work, name, sets, stiff):
+        self.program, self.work, self.name, self.sets, self.stiff = program, work, name, sets, stiff
 
     def folder(self, out):
         return self.work / f"{self.name}_{out}"
@@ -150,33 +150,34 @@ class Test:
         return steps[-1], steps[len(steps) // 2]
 
     def identity(self):
-        table = self.run("one", 1)
+        table = self.run("one", 1, *self.stiff)
         check_momentum(table)
         check_energy(table)
         expect_closed_account(self.folder("one"), "one")
         last, middle = self.steps("one")
         for ranks in (2, 3, 7):
-            other = self.run(f"ranks_{ranks}", ranks)
+            other = self.run(f"ranks_{ranks}", ranks, *self.stiff)
             self.expect_identical("one", f"ranks_{ranks}", last)
             expect_same_history(table, other, f"history on {ranks} ranks")
-        again = self.restart("again", 3, "one", middle)
+        again = self.restart("again", 3, "one", middle, *self.stiff)
         self.expect_identical("one", "again", last)
         expect_same_history(table, again, "restarted history")
 
     def drive(self):
         driven = driven_scene(self.work)
-        table = self.run("driven", 1, scene=driven)
+        table = self.run("driven", 1, *self.stiff, scene=driven)
         check_energy(table)
         check_axis(table)
         check_reaction(table, "brick", [0.0, 0.0, -10.0])
         last, middle = self.steps("driven")
-        again = self.restart("driven_again", 3, "driven", middle, scene=driven)
+        again = self.restart("driven_again", 3, "driven", middle, *self.stiff, scene=driven)
         self.expect_identical("driven", "driven_again", last)
         expect_same_history(table, again, "restarted, driven")
 
-    def collide(self):
-        """Both bodies fall through jelly and air onto the floor and each other: on one rank, on three, and restarted in between."""
-        sets = ["--set", "time.end=0.1", "--set", "bodies.block.shape.parts.0.lower=[0.15,0.2,0.15]", "--set",
+    def collide(self, bottom, end):
+        """Both bodies fall through jelly down to `bottom` and air onto the floor and each other: on one rank, on three, and restarted in
+        between."""
+        sets = ["--set", f"time.end={end}", "--set", f"bodies.block.shape.parts.0.lower=[0.15,0.2,{bottom}]", "--set",
                 "rigid_bodies.0.velocity=[3,0,-6]", "--set", "rigid_bodies.1.mass=20", "--set", "rigid_bodies.1.velocity=[-3,0,-6]",
                 "--set", "rigid_bodies.0.restitution=0.5", "--set", "rigid_bodies.1.restitution=0.5"]
         table = self.run("falls", 1, *sets)
@@ -197,10 +198,10 @@ class Test:
         first, _, rest = text.partition('[[rigid_bodies]]\nname = "brick"')
         alone, line = self.work / "alone.toml", self.work / "line.toml"
         alone.write_text(first + rest[rest.index("[output]"):], encoding="utf-8")
-        check_turn(self.run("alone", 2, "--set", "gravity=[0,0,0]", scene=alone))
+        check_turn(self.run("alone", 2, "--set", "gravity=[0,0,0]", *self.stiff, scene=alone))
         guided = alone.read_text(encoding="utf-8").replace("angular_velocity = [0.0, 5.0, 10.0]", "line = [1.0, 0.0, 0.0]")
         line.write_text(guided, encoding="utf-8")
-        table = self.run("line", 2, scene=line)
+        table = self.run("line", 2, *self.stiff, scene=line)
         check_reaction(table, "ball", [0.0, 0.0, -10.0])
         carried = vectors(table, "ball.guide_force", "N")[1:, 2] + vectors(table, "ball.force", "N")[1:, 2]
         expect_small(carried - 10.0 * BALL, 10.0 * BALL, "weight on the line")
@@ -208,11 +209,11 @@ class Test:
 
 def main():
     program, work = start(parse_arguments(__doc__))
-    for name, sets in (("explicit", []), ("imex", IMEX)):
-        test = Test(program, work, name, sets)
+    for name, sets, stiff, falls in (("explicit", [], [], (0.15, 0.1)), ("imex", IMEX, STIFF, (0.4, 0.15))):
+        test = Test(program, work, name, sets, stiff)
         test.identity()
         test.drive()
-        test.collide()
+        test.collide(*falls)
         test.turn()
 
 
