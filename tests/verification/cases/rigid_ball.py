@@ -27,14 +27,15 @@ def column(history, name):
     return numpy.array(history[name], dtype=float)
 
 
-def added_mass(study, cells, limits=None, label="", begin=0.015):
-    """From the acceleration after `begin`, s, until the ball has moved a twentieth of its radius."""
+def added_mass(study, cells, limits=None, label="", begin=0.015, density=1.0):
+    """From the acceleration after `begin`, s, until the ball has moved a twentieth of its radius. `density`: over the fluid's."""
     sets = {**box(3.0 * RADIUS, OFF_NODES), "domain.cell_size": RADIUS / cells,
-            "rigid_bodies.0.force": ["0", "0", f"{DISPLACED:.17g}"], **(limits or {})}
+            "rigid_bodies.0.force": ["0", "0", f"{DISPLACED:.17g}"],
+            "rigid_bodies.0.density": density * DENSITY, **(limits or {})}
     history = study.run(f"added_mass_{cells}{label}", sets, scene=SCENES / "water.toml").history()
     time, speed = column(history, "time_s"), column(history, "ballvelocity_z_ms")
     late = time > begin
-    return 1.0 / numpy.polyfit(time[late], speed[late], 1)[0] - 1.0
+    return 1.0 / numpy.polyfit(time[late], speed[late], 1)[0] - density
 
 
 def steady_speed(study, cells, limits=None, label=""):

@@ -20,6 +20,9 @@ def main():
                              0.1, 0.0, note="as heavy as what it displaces; at once: no sound has to cross the box")
     halved = added_mass(study, 4, {**water, "time.dt_max": STEP / 2}, "_half", 0.005)
     study.expect_at_most("added mass with half the step", abs(halved / masses[4] - 1.0), 0.05)
+    light = added_mass(study, 4, {**water, "time.end": 0.01}, "_light", 0.002, 0.05)
+    study.expect_at_most("added mass of a light ball", abs(light / masses[4] - 1.0), 0.05,
+                         note="a twentieth of the fluid's density, against the ball as heavy as the fluid")
     study.remark(f"The sticky ball moves at {slow / SPEED:.3f} of Stokes' speed; added mass with "
                  + ", ".join(f"{n} cells: {mass:.3f}" for n, mass in masses.items()) + f", {halved:.3f} with 4 cells and half the step.")
     if not study.long:
