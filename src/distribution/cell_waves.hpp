@@ -21,6 +21,7 @@ class CellWaves {
   explicit CellWaves(LocalIndex n_nodes) : n_waves_(1), node_(static_cast<std::size_t>(n_nodes), 0) {}
 
   LocalIndex size() const { return n_waves_; }
+  LocalIndex n_nodes() const { return static_cast<LocalIndex>(node_.size()); }
   /// By place in CellGrid::order().
   std::span<const LocalIndex> planes() const { return plane_; }
   /// In which wave a cell takes its rates, by id.

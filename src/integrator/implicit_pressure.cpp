@@ -24,6 +24,8 @@ constexpr int least_iterations = 2;
 ImplicitPressure::ImplicitPressure(StepParts& parts)
     : parts_(parts), laws_(parts.physics.volumetric_laws), contact_(parts.physics) {
   any_may_part_ = std::any_of(laws_.begin(), laws_.end(), [](const auto& law) { return law && !law->tension; });
+  if (RigidContact* const bodies = parts_.contact.rigid_bodies())
+    bodies_ = std::make_unique<PressureBodies>(parts_.comm(), *bodies);
   const PressureSettings& settings = parts_.physics.time_stepping.pressure;
   if (settings.solver == PressureSolver::petsc) petsc_ = std::make_unique<PetscSolver>(parts_.comm(), settings);
 }
@@ -36,6 +38,7 @@ void ImplicitPressure::fit() {
   grid_ = std::make_unique<CellGrid>(parts_.comm(), parts_.particles, parts_.physics.faces);
   collective_guard(parts_.comm(), [&] {
     contact_.fit(*grid_);
+    if (bodies_) bodies_->fit(parts_.physics.grid, *grid_);
     const auto n = static_cast<std::size_t>(grid_->n_nodes());
     for (NodeVector* nodes : {&free_, &held_, &impulses_}) nodes->assign(n, Node{});
     scale_.assign(n, 0.0);
@@ -58,7 +61,8 @@ PressureReport ImplicitPressure::apply(double time, const GridUpdate& update, do
   fetch_nodes(update, nodes);
   gradients_of(pressure_, RowEntries::rounded);
   find_unheld(update.dt);
-  contact_.begin(time, update.dt, held_.data());
+  contact_.begin(time, update.dt, held_.data(), bodies_ ? bodies_->find(scale_.data()) : std::span<const NodeConstraint>());
+  if (bodies_) merge_bodies(time, update);
   set_diagonal(update.dt, unclipped_dt);
   if (petsc_) matrix_.number_rows(parts_.comm(), halo_, own_, rows_.size());
   preconditioned_ = false;
@@ -77,6 +81,7 @@ PressureReport ImplicitPressure::apply(double time, const GridUpdate& update, do
     ++report.n_rounds;
     const bool last = tolerance == settings.tolerance;
     n_changed = revise(update.dt, last ? RowEntries::exact : RowEntries::rounded);
+    if (bodies_ && n_changed > 0) merge_bodies(time, update);
     settled = last && (n_changed == 0 || report.n_rounds >= settings.contact_rounds);
     if (n_changed <= few || report.n_rounds + 1 >= settings.contact_rounds) tolerance = settings.tolerance;
   }
@@ -190,8 +195,19 @@ void ImplicitPressure::gradients_of(std::vector<double>& p, RowEntries entries) 
   fold_repeated(grid_->repeated(), impulses_.data());
 }
 
-// product_ = (A + dt^2 B P M^-1 P^T B^T + Z) p of this rank's cells.
-void ImplicitPressure::multiply(double dt, std::vector<double>& p) {
+// For the walls in force.
+void ImplicitPressure::merge_bodies(double time, const GridUpdate& update) {
+  held_ = free_;
+  contact_.hold_by_walls(held_.data());
+  bodies_->merge(time, update, contact_, held_.data(), rows_, own_);
+}
+
+PressureBodies::Coupling ImplicitPressure::couple(const std::vector<double>& p) const {
+  return bodies_ ? bodies_->couple(p) : PressureBodies::Coupling();
+}
+
+// product_ = (A + dt^2 B P M^-1 P^T B^T + Z) p of this rank's cells. `coupling`: of p.
+void ImplicitPressure::multiply(double dt, std::vector<double>& p, const PressureBodies::Coupling& coupling) {
   halo_.exchange(parts_.comm(), p.data(), 1);
   const CellWaves& waves = contact_.waves();
   LocalIndex end_of_nodes = 0;
@@ -204,6 +220,7 @@ void ImplicitPressure::multiply(double dt, std::vector<double>& p) {
     contact_.spread(scale_.data(), w, impulses_.data());
     volume_rates(rows_, RowEntries::rounded, own_ranges_.of(own_by_wave_, w), impulses_.data(), product_.data());
   }
+  if (bodies_) bodies_->add_rates(coupling, product_.data());
   std::fill(block_sum_.begin(), block_sum_.end(), 0.0);
   for (std::size_t k = 0; k < own_.size(); ++k)
     block_sum_[static_cast<std::size_t>(block_of_[k])] += volume_[k] * p[static_cast<std::size_t>(own_[k])];
@@ -217,7 +234,10 @@ void ImplicitPressure::multiply(double dt, std::vector<double>& p) {
 
 void ImplicitPressure::set_right_side(double dt) {
   held_ = free_;
-  contact_.hold(held_.data());
+  if (bodies_)
+    contact_.hold(held_.data(), [&](const NodeConstraint& constraint) { return bodies_->velocity_at(constraint); });
+  else
+    contact_.hold(held_.data());
   volume_rates(rows_, RowEntries::exact, own_, held_.data(), right_.data());
   for (std::size_t k = 0; k < own_.size(); ++k) {
     double& right = right_[static_cast<std::size_t>(own_[k])];
@@ -234,13 +254,17 @@ void ImplicitPressure::set_diagonal(double dt, double unclipped_dt) {
   const double dx = parts_.physics.grid.cell_size;
   const double stiffness = parts_.physics.time_stepping.pressure.stabilisation * unclipped_dt * unclipped_dt / (dx * dx);
   within_block_.resize(own_.size());
+  std::vector<double>& by_bodies = product_;
+  std::fill(by_bodies.begin(), by_bodies.end(), 0.0);
+  if (bodies_) bodies_->add_diagonal(by_bodies.data());
   for (std::size_t b = 0; b < block_volume_.size(); ++b)
     inverse_block_volume_[b] = block_volume_[b] > 0.0 ? 1.0 / block_volume_[b] : 0.0;
   for (std::size_t k = 0; k < own_.size(); ++k) {
     const auto c = static_cast<std::size_t>(own_[k]), b = static_cast<std::size_t>(block_of_[k]);
     within_block_[k] = stiffness * block_volume_[b] / block_mass_[b] * volume_[k];
     const double z = within_block_[k] * (1.0 - volume_[k] * inverse_block_volume_[b]);
-    inverse_diagonal_[c] = 1.0 / (compliance_[k] + dt * dt * diagonal_of(rows_, own_[k], scales.data()) + z);
+    inverse_diagonal_[c] =
+        1.0 / (compliance_[k] + dt * dt * (diagonal_of(rows_, own_[k], scales.data()) + by_bodies[c]) + z);
   }
 }
 
@@ -255,6 +279,7 @@ double ImplicitPressure::precondition(const std::vector<double>& from) {
   if (any_may_part_)
     for (std::size_t k = 0; k < own_.size(); ++k)
       if (parted_[k]) scaled_[static_cast<std::size_t>(own_[k])] = 0.0;
+  if (bodies_) return bodies_->dot(from, scaled_, coupling_of_scaled_);
   return reproducible_dot(parts_.comm(), from, scaled_);
 }
 
@@ -265,13 +290,14 @@ void ImplicitPressure::begin_solution(double dt) {
   for (std::size_t k = 0; k < own_.size(); ++k)
     if (parted_[k]) pressure_[static_cast<std::size_t>(own_[k])] = 0.0;
   if (petsc_) return assemble(dt);
-  multiply(dt, pressure_);
+  multiply(dt, pressure_, couple(pressure_));
   for (const LocalIndex own : own_) {
     const auto c = static_cast<std::size_t>(own);
     residual_[c] = right_[c] - product_[c];
   }
   square_ = precondition(residual_);
   direction_ = scaled_;
+  coupling_of_direction_ = coupling_of_scaled_;
 }
 
 // Continues to a tolerance.
@@ -285,7 +311,7 @@ bool ImplicitPressure::solve(double dt, double tolerance, PressureReport& report
   if (petsc_) return solve_with_petsc({goal, rounding, least_iterations - report.n_iterations}, report);
   for (int n = 0; square_ > (report.n_iterations < least_iterations ? rounding : goal); ++n) {
     if (n == settings.max_iterations) return false;
-    multiply(dt, direction_);
+    multiply(dt, direction_, coupling_of_direction_);
     for (std::size_t k = 0; k < own_.size(); ++k)
       if (parted_[k]) product_[static_cast<std::size_t>(own_[k])] = 0.0;
     const double curvature = reproducible_dot(parts_.comm(), direction_, product_);
@@ -301,6 +327,8 @@ bool ImplicitPressure::solve(double dt, double tolerance, PressureReport& report
       const auto c = static_cast<std::size_t>(own);
       direction_[c] = scaled_[c] + ratio * direction_[c];
     }
+    for (std::size_t b = 0; b < coupling_of_direction_.size(); ++b)
+      coupling_of_direction_[b] = coupling_of_scaled_[b] + ratio * coupling_of_direction_[b];
     square_ = next;
     ++report.n_iterations;
   }
@@ -361,7 +389,7 @@ GlobalIndex ImplicitPressure::revise(double dt, RowEntries entries) {
 }
 
 GlobalIndex ImplicitPressure::revise_parted(double dt) {
-  multiply(dt, pressure_);
+  multiply(dt, pressure_, couple(pressure_));
   GlobalIndex n_changed = 0;
   for (std::size_t k = 0; k < own_.size(); ++k) {
     if (!may_part_[k]) continue;
@@ -431,7 +459,8 @@ std::size_t ImplicitPressure::memory() const {
                                 rows_.rounded.capacity() + block_of_.capacity() + others_.capacity() +
                                 end_of_plane_.capacity() + wave_of_own_.capacity() + own_by_wave_.capacity();
   return n_values * sizeof(double) + n_nodes * sizeof(Node) + n_indices * sizeof(LocalIndex) +
-         3 * volume_.capacity() * sizeof(double) + contact_.memory() + matrix_.memory() + (grid_ ? grid_->memory() : 0);
+         3 * volume_.capacity() * sizeof(double) + contact_.memory() + matrix_.memory() + (bodies_ ? bodies_->memory() : 0) +
+         (grid_ ? grid_->memory() : 0);
 }
 
 }  // namespace bulkley

@@ -6,6 +6,7 @@
 
 #include "distribution/cell_grid.hpp"
 #include "integrator/integrator.hpp"
+#include "integrator/pressure_bodies.hpp"
 #include "integrator/pressure_contact.hpp"
 #include "integrator/pressure_matrix.hpp"
 #include "kernel/pressure_cells.hpp"
@@ -55,7 +56,9 @@ class ImplicitPressure {
   bool solve_with_petsc(const PetscGoal& goal, PressureReport& report);
   void set_right_side(double dt);
   void set_diagonal(double dt, double unclipped_dt);
-  void multiply(double dt, std::vector<double>& p);
+  void multiply(double dt, std::vector<double>& p, const PressureBodies::Coupling& coupling);
+  PressureBodies::Coupling couple(const std::vector<double>& p) const;
+  void merge_bodies(double time, const GridUpdate& update);
   void gradients_of(std::vector<double>& p, RowEntries entries);
   void find_unheld(double dt);
   GlobalIndex revise(double dt, RowEntries entries);
@@ -68,6 +71,8 @@ class ImplicitPressure {
   VolumetricLaws laws_;
   bool any_may_part_;  // some material holds no tension
   PressureContact contact_;
+  std::unique_ptr<PressureBodies> bodies_;                               // only where there are rigid bodies
+  PressureBodies::Coupling coupling_of_scaled_, coupling_of_direction_;  // likewise
   std::unique_ptr<CellGrid> grid_;
   GlobalIndex fitted_ = -1;
   CellHalo halo_;

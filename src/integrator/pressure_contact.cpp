@@ -60,7 +60,12 @@ void PressureContact::sort_by_wave() {
       images_, [](const NodeImage& image) { return image.front; }, image_ranges_);
 }
 
-void PressureContact::begin(double time, double dt, const Node* velocity) {
+Mat3 held_part(const NodeConstraint& body) {
+  if (body.contact == Contact::slip) return body.normal * body.normal.transpose();
+  return Mat3::Identity();
+}
+
+void PressureContact::begin(double time, double dt, const Node* velocity, std::span<const NodeConstraint> bodies) {
   std::vector<const NodeConstraint*> all;
   for (const NodeConstraint& constraint : fixed_) all.push_back(&constraint);
   if (moving_)
@@ -72,7 +77,7 @@ void PressureContact::begin(double time, double dt, const Node* velocity) {
   held_.clear();
   for (const NodeConstraint* constraint : all) {
     if (held_.empty() || held_.back().node != constraint->node)
-      held_.push_back({constraint->node, constraints_.size(), constraints_.size(), Mat3::Identity(), Vec3::Zero()});
+      held_.push_back({constraint->node, constraints_.size(), constraints_.size(), Mat3::Identity(), Vec3::Zero(), -1});
     HeldNode& held = held_.back();
     // A node under several constraints has each of them twice.
     const auto same = [&](const Constraint& other) {
@@ -85,13 +90,50 @@ void PressureContact::begin(double time, double dt, const Node* velocity) {
     constraints_.push_back({constraint->contact, in_force, constraint->normal, constraint->velocity});
     held.end = constraints_.size();
   }
+  join(bodies);
   for (HeldNode& held : held_) project(held);
   held_ranges_.assign(waves_.size(), held_.size(), [&](std::size_t k) { return waves_.of_node(held_[k].node); });
 }
 
+void PressureContact::join(std::span<const NodeConstraint> bodies) {
+  body_nodes_.clear();
+  if (bodies.empty()) return;
+  std::vector<const NodeConstraint*> of_node(static_cast<std::size_t>(waves_.n_nodes()), nullptr);
+  for (const NodeConstraint& body : bodies) of_node[static_cast<std::size_t>(body.node)] = &body;
+  for (const HeldNode& held : held_) {
+    const auto sticks = [](const Constraint& wall) { return wall.contact == Contact::sticky; };
+    const auto first = constraints_.begin() + static_cast<std::ptrdiff_t>(held.first),
+               end = constraints_.begin() + static_cast<std::ptrdiff_t>(held.end);
+    const NodeConstraint*& body = of_node[static_cast<std::size_t>(held.node)];
+    if (body && std::any_of(first, end, sticks)) body = nullptr;
+  }
+  std::vector<std::uint8_t> has_walls(of_node.size(), 0);
+  for (const HeldNode& held : held_) has_walls[static_cast<std::size_t>(held.node)] = 1;
+  const std::size_t none = constraints_.size();
+  for (const NodeConstraint& body : bodies)
+    if (!has_walls[static_cast<std::size_t>(body.node)])
+      held_.push_back({body.node, none, none, Mat3::Identity(), Vec3::Zero(), -1});
+  const auto place = [&](const HeldNode& held) { return std::pair(waves_.of_node(held.node), held.node); };
+  std::sort(held_.begin(), held_.end(), [&](const HeldNode& a, const HeldNode& b) { return place(a) < place(b); });
+  for (std::size_t h = 0; h < held_.size(); ++h) {
+    const NodeConstraint* const body = of_node[static_cast<std::size_t>(held_[h].node)];
+    if (!body) continue;
+    held_[h].body = static_cast<std::ptrdiff_t>(body_nodes_.size());
+    body_nodes_.push_back({*body, h, Mat3::Identity()});
+  }
+}
+
+void PressureContact::project(HeldNode& held) {
+  project_walls(held);
+  if (held.body < 0) return;
+  BodyNode& body = body_nodes_[static_cast<std::size_t>(held.body)];
+  body.walls = held.projection;
+  held.projection = body.walls * (Mat3::Identity() - held_part(body.constraint)) * body.walls;
+}
+
 // P = 1 - sum e e^T over the normals in force, made orthogonal one after the other, and the offset that gives the velocities
 // along them.
-void PressureContact::project(HeldNode& held) const {
+void PressureContact::project_walls(HeldNode& held) const {
   held.projection = Mat3::Identity();
   held.offset = Vec3::Zero();
   for (std::size_t k = held.first; k < held.end; ++k) {
@@ -112,11 +154,21 @@ void PressureContact::project(HeldNode& held) const {
   }
 }
 
-void PressureContact::hold(Node* velocity) const {
+void PressureContact::hold_by_walls(Node* velocity) const {
   for (const HeldNode& held : held_) {
     Node& node = velocity[held.node];
-    set_vector_of(node, held.projection * vector_of(node) + held.offset);
+    set_vector_of(node, walls_of(held) * vector_of(node) + held.offset);
   }
+}
+
+// As NodeContact does it: the node's share of the body, then its walls once more.
+void PressureContact::hold_by_body(const BodyNode& body, const Vec3& velocity, Node* nodes) const {
+  Node& node = nodes[body.constraint.node];
+  const Vec3 before = vector_of(node);
+  set_vector_of(node, body.walls * (before + held_part(body.constraint) * (velocity - before)) + held_[body.held].offset);
+}
+
+void PressureContact::complete(Node* velocity) const {
   unfold_images(images_, velocity, nullptr);
   repeat(repeated_, velocity);
 }
@@ -161,7 +213,7 @@ GlobalIndex PressureContact::revise(const double* scale, const Node* free, doubl
   for (HeldNode& held : held_) {
     if (scale[held.node] == 0.0) continue;
     const Vec3 u = vector_of(free[held.node]);
-    const Vec3 v = held.projection * u + held.offset;
+    const Vec3 v = walls_of(held) * u + held.offset;
     bool revised = false;
     for (std::size_t k = held.first; k < held.end; ++k) {
       Constraint& constraint = constraints_[k];
@@ -181,7 +233,7 @@ std::size_t PressureContact::memory() const {
   return (nodes_.capacity() + nodes_by_wave_.capacity()) * sizeof(LocalIndex) + waves_.memory() +
          fixed_.capacity() * sizeof(NodeConstraint) + images_.capacity() * sizeof(NodeImage) +
          constraints_.capacity() * sizeof(Constraint) + held_.capacity() * sizeof(HeldNode) +
-         (moving_ ? moving_->memory() : 0);
+         body_nodes_.capacity() * sizeof(BodyNode) + (moving_ ? moving_->memory() : 0);
 }
 
 }  // namespace bulkley

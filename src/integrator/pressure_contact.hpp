@@ -28,14 +28,34 @@ class PressureContact {
   void fit(const std::vector<Int3>& positions, std::span<const LocalIndex> nodes, LocalIndex n_nodes);
 
   /// The constraints of a step from `time`, each separating one in force where the material comes towards it. `velocity`: {v, -}
-  /// of the nodes before contact. Not collective.
-  void begin(double time, double dt, const Node* velocity);
-
-  /// Velocities before contact -> as the constraints in force hold them, and behind walls as their images. Not collective.
-  void hold(Node* velocity) const;
-  /// Impulses on the nodes of a wave -> changes of velocity that keep to the constraints: T M^-1 P T^T, T being the mirror
-  /// images. `scale`: 1/m of a node, 0 where it is empty. Changes outside of constraints are those of free nodes. Not
+  /// of the nodes before contact. `bodies`: of nodes that rigid bodies hold, each once; what a sticky wall holds is the wall's. Not
   /// collective.
+  void begin(double time, double dt, const Node* velocity, std::span<const NodeConstraint> bodies = {});
+
+  /// Velocities before contact -> as the walls in force hold them. Not collective.
+  void hold_by_walls(Node* velocity) const;
+  /// Velocities before contact -> as walls and bodies hold them, and behind walls as their images. `velocity_of`: of a body that holds a
+  /// node, m/s, from its constraint. Not collective.
+  template <class F>
+  void hold(Node* velocity, F velocity_of) const {
+    hold_by_walls(velocity);
+    for (const BodyNode& body : body_nodes_) hold_by_body(body, velocity_of(body.constraint), velocity);
+    complete(velocity);
+  }
+  void hold(Node* velocity) const {
+    hold_by_walls(velocity);
+    complete(velocity);
+  }
+  /// The nodes of bodies, as f(constraint, P of the walls there). Not collective.
+  template <class F>
+  void for_each_body_node(F f) const {
+    for (const BodyNode& body : body_nodes_) f(body.constraint, body.walls);
+  }
+  std::span<const NodeImage> images() const { return images_; }
+  std::span<const CellGrid::Copy> repeated() const { return repeated_; }
+  /// Impulses on the nodes of a wave -> changes of velocity that keep to the constraints: T M^-1 P T^T, T being the mirror
+  /// images; of bodies, as if they could not move. `scale`: 1/m of a node, 0 where it is empty. Changes outside of constraints are those
+  /// of free nodes. Not collective.
   void spread(const double* scale, LocalIndex wave, Node* impulses) const;
   /// T and P of `spread` one by one, for who assembles it: the node that each of `n_nodes` is the image of, or has its first number
   /// from, and the sign of each component; most are their own. And P of the nodes that constraints hold, as f(node, P). Not
@@ -71,8 +91,22 @@ class PressureContact {
     std::size_t first, end;  // of its constraints
     Mat3 projection;         // P of a velocity, P u + offset
     Vec3 offset;
+    std::ptrdiff_t body = -1;  // in body_nodes_
   };
-  void project(HeldNode& held) const;
+  // The walls of it take P before the body and after it: projection is P (1 - N) P, and `walls` P.
+  struct BodyNode {
+    NodeConstraint constraint;
+    std::size_t held;
+    Mat3 walls;
+  };
+  const Mat3& walls_of(const HeldNode& held) const {
+    return held.body < 0 ? held.projection : body_nodes_[static_cast<std::size_t>(held.body)].walls;
+  }
+  void project(HeldNode& held);
+  void project_walls(HeldNode& held) const;
+  void join(std::span<const NodeConstraint> bodies);
+  void hold_by_body(const BodyNode& body, const Vec3& velocity, Node* nodes) const;
+  void complete(Node* velocity) const;
   void find(const std::vector<Int3>& positions, std::span<const LocalIndex> nodes);
   void sort_by_wave();
 
@@ -88,6 +122,10 @@ class PressureContact {
   std::vector<NodeImage> images_;
   std::vector<Constraint> constraints_;
   std::vector<HeldNode> held_;
+  std::vector<BodyNode> body_nodes_;
 };
+
+/// N of a body's constraint: 1 where it sticks, n n^T where it slips. Not collective.
+Mat3 held_part(const NodeConstraint& body);
 
 }  // namespace bulkley

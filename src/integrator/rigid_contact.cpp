@@ -14,27 +14,14 @@ namespace bulkley {
 
 namespace {
 
-using Vec6 = Eigen::Matrix<double, 6, 1>;
-using Mat6 = Eigen::Matrix<double, 6, 6>;
-
-/// The solution of a symmetric positive definite system, of which the lower triangle is read: L D L^T without pivots, the same
-/// operations on every rank.
-Vec6 solved(Mat6 a, Vec6 b) {
-  for (int j = 0; j < 6; ++j)
-    for (int i = j + 1; i < 6; ++i) {
-      const double factor = a(i, j) / a(j, j);
-      for (int k = j + 1; k <= i; ++k) a(i, k) -= factor * a(k, j);
-    }
-  for (int j = 0; j < 6; ++j)
-    for (int i = j + 1; i < 6; ++i) b[i] -= a(i, j) / a(j, j) * b[j];
-  for (int j = 5; j >= 0; --j) {
-    for (int i = j + 1; i < 6; ++i) b[j] -= a(i, j) * b[i];
-    b[j] /= a(j, j);
-  }
-  return b;
-}
-
 constexpr double deepest_overlap = 1.0;  // cells; deeper is no collision any more
+
+Vec6 joined(const Vec3& of_translation, const Vec3& of_rotation) {
+  Vec6 both;
+  both.head<3>() = of_translation;
+  both.tail<3>() = of_rotation;
+  return both;
+}
 
 std::optional<VectorField> field_of(const VectorFormula& formula) {
   return formula.given() ? std::optional<VectorField>(formula) : std::nullopt;
@@ -57,7 +44,7 @@ RigidContact::RigidContact(const Physics& physics, const Comm& comm)
       collisions_(physics.grid, physics.faces, physics.colliders, bodies_, starts_),
       accounts_(bodies_.size()),
       trials_(bodies_.size()),
-      sums_(n_sums * bodies_.size(), mass_of_a_cell(physics)) {
+      sums_(no_sums()) {
   for (RigidBody& body : bodies_) {
     starts_.push_back(start_of(body, physics.grid.cell_size));
     drives_.push_back({field_of(body.force), field_of(body.torque)});
@@ -76,7 +63,39 @@ void RigidContact::fit(std::vector<Int3> nodes, std::vector<LocalIndex> places, 
     if (wall.contact == Contact::sticky) stuck_[static_cast<std::size_t>(wall.node)] = 1;
 }
 
-// A node within the reach of several bodies is of the one in which it is deepest. What a sticky wall holds is the wall's.
+ExactSums RigidContact::no_sums() const { return {n_sums * bodies_.size(), mass_of_a_cell(physics_)}; }
+
+// An implicit pressure knows which nodes are held. There bodies reach as far as makes a plane act where it is, in the mean over where nodes
+// lie: 0.15 cells less than sticky colliders.
+double RigidContact::reach(const RigidBody& body) const {
+  const bool pressure_is_implicit = !physics_.volumetric_laws.empty();
+  return pressure_is_implicit ? 0.6 * physics_.grid.cell_size : reach_of_hold(physics_.grid, body);
+}
+
+// A node within the reach of several bodies is of the one in which it is deepest.
+std::optional<NodeConstraint> RigidContact::held_at(const Vec3& x, std::span<const Pose> poses) const {
+  double deepest = std::numeric_limits<double>::infinity();
+  std::optional<std::size_t> owner;
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    const double hold = reach(bodies_[b]);
+    const Vec3 arm = nearest_arm(physics_.grid, states_[b].center, x);
+    if (!(arm.norm() <= starts_[b].reach + hold)) continue;
+    const double distance = signed_distance(bodies_[b].shape, poses[b], states_[b].center + arm);
+    if (distance <= hold && distance < deepest) {
+      deepest = distance;
+      owner = b;
+    }
+  }
+  if (!owner) return std::nullopt;
+  const RigidBody& body = bodies_[*owner];
+  const Vec3 arm = nearest_arm(physics_.grid, states_[*owner].center, x);
+  return NodeConstraint{-1,           body.contact,
+                        0.0,          outward_normal(body.shape, poses[*owner], states_[*owner].center + arm),
+                        Vec3::Zero(), static_cast<std::int32_t>(physics_.n_obstacles() + *owner),
+                        arm};
+}
+
+// What a sticky wall holds is the wall's.
 void RigidContact::find_held(std::span<const NodeConstraint> moving, double smallest_mass, const Node* nodes) {
   held_.clear();
   again_.clear();
@@ -88,24 +107,10 @@ void RigidContact::find_held(std::span<const NodeConstraint> moving, double smal
   for (std::size_t n = 0; n < nodes_.size(); ++n) {
     const auto place = static_cast<std::size_t>(places_[n]);
     if (stuck[place] || !(nodes[place].c[3] > smallest_mass)) continue;
-    const Vec3 x = physics_.grid.node_position(nodes_[n]);
-    double deepest = std::numeric_limits<double>::infinity();
-    std::optional<std::size_t> owner;
-    for (std::size_t b = 0; b < bodies_.size(); ++b) {
-      const double hold = reach_of_hold(physics_.grid, bodies_[b]);
-      const Vec3 arm = nearest_arm(physics_.grid, states_[b].center, x);
-      if (!(arm.norm() <= starts_[b].reach + hold)) continue;
-      const double distance = signed_distance(bodies_[b].shape, poses[b], states_[b].center + arm);
-      if (distance <= hold && distance < deepest) {
-        deepest = distance;
-        owner = b;
-      }
-    }
-    if (!owner) continue;
-    const RigidBody& body = bodies_[*owner];
-    const Vec3 arm = nearest_arm(physics_.grid, states_[*owner].center, x);
-    held_.push_back({places_[n], body.contact, 0.0, outward_normal(body.shape, poses[*owner], states_[*owner].center + arm),
-                     Vec3::Zero(), static_cast<std::int32_t>(physics_.n_obstacles() + *owner), arm});
+    std::optional<NodeConstraint> constraint = held_at(physics_.grid.node_position(nodes_[n]), poses);
+    if (!constraint) continue;
+    constraint->node = places_[n];
+    held_.push_back(*constraint);
     is_held[place] = 1;
   }
   for (const std::span<const NodeConstraint> walls : {std::span<const NodeConstraint>(walls_), moving})
@@ -114,17 +119,16 @@ void RigidContact::find_held(std::span<const NodeConstraint> moving, double smal
 }
 
 // m J^T N J and m J^T N v of a node, N = 1 or n n^T, lengths in units of the body's reach.
-void RigidContact::add_node(const NodeConstraint& constraint, const Node& node) {
-  const auto body = static_cast<std::size_t>(constraint.collider) - physics_.n_obstacles();
+void RigidContact::add_node(const NodeConstraint& constraint, const Node& node, ExactSums& sums) const {
+  const std::size_t body = body_of(constraint);
   const Vec3 arm = constraint.arm / scale(body), velocity = vector_of(node);
   const auto add_direction = [&](const Vec3& direction) {
-    Vec6 row;
-    row << direction, arm.cross(direction);
+    const Vec6 row = joined(direction, arm.cross(direction));
     const double along = direction.dot(velocity);
     std::size_t sum = n_sums * body;
     for (int i = 0; i < 6; ++i)
-      for (int j = 0; j <= i; ++j) sums_.add(sum++, node.c[3] * row[i] * row[j]);
-    for (int i = 0; i < 6; ++i) sums_.add(sum++, node.c[3] * row[i] * along);
+      for (int j = 0; j <= i; ++j) sums.add(sum++, node.c[3] * row[i] * row[j]);
+    for (int i = 0; i < 6; ++i) sums.add(sum++, node.c[3] * row[i] * along);
   };
   if (constraint.contact == Contact::slip) {
     add_direction(constraint.normal);
@@ -133,8 +137,7 @@ void RigidContact::add_node(const NodeConstraint& constraint, const Node& node) 
   }
 }
 
-// The state after gravity, the scene's force and torque, within the guide; and what these two do.
-RigidState RigidContact::pushed_state(std::size_t b, double time, const GridUpdate& update, Trial& trial) {
+RigidContact::Pushed RigidContact::pushed(std::size_t b, double time, const GridUpdate& update) {
   const RigidMass& mass = starts_[b].mass;
   const auto& guide = starts_[b].guide;
   const auto confine = [&](RigidState& state) {
@@ -152,81 +155,94 @@ RigidState RigidContact::pushed_state(std::size_t b, double time, const GridUpda
   RigidState state = states_[b];
   state.momentum += update.dt * mass.mass * update.gravity;
   confine(state);
-  const double falling = kinetic_energy(mass, state);
-  trial.gravity_work = falling - kinetic_energy(mass, states_[b]);
-  state.momentum += update.dt * read(drives_[b].force, "force");
-  state.angular_momentum += update.dt * read(drives_[b].torque, "torque");
+  const double falling = kinetic_energy(mass, state), gravity_work = falling - kinetic_energy(mass, states_[b]);
+  const Vec3 force = update.dt * read(drives_[b].force, "force"), torque = update.dt * read(drives_[b].torque, "torque");
+  state.momentum += force;
+  state.angular_momentum += torque;
   confine(state);
-  trial.applied_work = kinetic_energy(mass, state) - falling;
-  return state;
+  return {state, update.dt * mass.mass * update.gravity + force, torque, gravity_work,
+          kinetic_energy(mass, state) - falling};
 }
 
-// (M + dt^2 K + sum m J^T N J) U = M U* - dt K s + sum m J^T N v*, in a guided body's freedom only. The body gets what the nodes lose.
-RigidVelocity RigidContact::solve(std::size_t b, double time, const GridUpdate& update, const ExactSums& sums) {
-  const RigidMass& mass = starts_[b].mass;
-  const auto& guide = starts_[b].guide;
-  const double length = scale(b), dt = update.dt, stiffness = bodies_[b].spring;
-  const bool winds = guide && guide->point;
-  Trial& trial = trials_[b];
-  const RigidState pushed = pushed_state(b, time, update, trial);
-  const Mat3 inertia = world_inertia(mass, pushed);
-  Mat6 shared = Mat6::Zero();
-  Vec6 given;
+MergedBody RigidContact::merged(std::size_t b, const Pushed& pushed, double dt, const ExactSums& sums) const {
+  MergedBody body;
   std::size_t sum = n_sums * b;
   for (int i = 0; i < 6; ++i)
-    for (int j = 0; j <= i; ++j) shared(i, j) = shared(j, i) = sums.value(sum++);
-  for (int i = 0; i < 6; ++i) given[i] = sums.value(sum++);
-  Mat6 all = shared;
-  all.topLeftCorner<3, 3>() += mass.mass * Mat3::Identity();
-  all.bottomRightCorner<3, 3>() += inertia / (length * length);
-  const Vec3 away = winds ? Vec3(Vec3::Zero()) : Vec3(pushed.center - starts_[b].state.center);
-  if (!winds) all.topLeftCorner<3, 3>() += dt * dt * stiffness * Mat3::Identity();
-  Vec6 own, pull;
-  own << pushed.momentum, pushed.angular_momentum / length;
-  pull << -dt * stiffness * away, Vec3::Zero();
-  Vec6 u;
-  double wound = 0.0;
-  if (guide) {
-    const RigidVelocity unit = unit_velocity(*guide, pushed);
-    Vec6 freedom;
-    freedom << unit.velocity, length * unit.angular_velocity;
-    const double winding = winds ? dt * stiffness : 0.0;
-    const double rate =
-        (freedom.dot(own + given + pull) - winding * pushed.turn) / (freedom.dot(all * freedom) + dt * winding);
-    u = rate * freedom;
-    wound = -winding * (pushed.turn + dt * rate) * rate;
-  } else {
-    u = solved(all, own + given + pull);
-  }
-  const Vec6 impulse = given - shared * u;
-  RigidState after = pushed;
+    for (int j = 0; j <= i; ++j) body.shared(i, j) = body.shared(j, i) = sums.value(sum++);
+  for (int i = 0; i < 6; ++i) body.given[i] = sums.value(sum++);
+  const RigidState& state = pushed.state;
+  const auto& guide = starts_[b].guide;
+  const double length = scale(b), stiffness = bodies_[b].spring;
+  const bool winds = guide && guide->point;
+  body.length = length;
+  body.all = body.shared;
+  body.all.topLeftCorner<3, 3>() += starts_[b].mass.mass * Mat3::Identity();
+  body.all.bottomRightCorner<3, 3>() += world_inertia(starts_[b].mass, state) / (length * length);
+  const Vec3 away = winds ? Vec3(Vec3::Zero()) : Vec3(state.center - starts_[b].state.center);
+  if (!winds) body.all.topLeftCorner<3, 3>() += dt * dt * stiffness * Mat3::Identity();
+  body.own = joined(state.momentum, state.angular_momentum / length);
+  body.pull = joined(-dt * stiffness * away, Vec3::Zero());
+  if (!guide) return body;
+  const RigidVelocity unit = unit_velocity(*guide, state);
+  body.freedom = joined(unit.velocity, length * unit.angular_velocity);
+  body.winding = winds ? dt * stiffness : 0.0;
+  body.wound = state.turn;
+  body.dt = dt;
+  return body;
+}
+
+std::vector<MergedBody> RigidContact::merged(double time, const GridUpdate& update, const ExactSums& sums) {
+  std::vector<MergedBody> all;
+  for (std::size_t b = 0; b < bodies_.size(); ++b) all.push_back(merged(b, pushed(b, time, update), update.dt, sums));
+  return all;
+}
+
+// The body gets what the nodes lose.
+RigidVelocity RigidContact::solve(std::size_t b, double time, const GridUpdate& update, const ExactSums& sums) {
+  const RigidMass& mass = starts_[b].mass;
+  const double dt = update.dt, stiffness = bodies_[b].spring, length = scale(b);
+  const Pushed driven = pushed(b, time, update);
+  const RigidState& before = driven.state;
+  const MergedBody body = merged(b, driven, dt, sums);
+  const Vec6 u = body.velocity(), impulse = body.given - body.shared * u;
+  const bool winds = body.freedom && starts_[b].guide->point;
+  const Vec3 stretch = winds ? Vec3::Zero() : Vec3((before.center - starts_[b].state.center) + dt * u.head<3>());
+  const double wound = winds ? -body.winding * (body.wound + dt * body.rate()) * body.rate() : 0.0;
+  const double spring_work = wound - dt * stiffness * stretch.dot(u.head<3>());
+  RigidState after = before;
   after.momentum = mass.mass * u.head<3>();
-  after.angular_momentum = inertia * u.tail<3>() / length;
-  if (!guide) {  // the same but for rounding; exactly what the nodes lose
-    const Vec3 spring = -dt * stiffness * (away + dt * u.head<3>());
-    after.momentum = pushed.momentum + impulse.head<3>() + spring;
-    after.angular_momentum = pushed.angular_momentum + length * impulse.tail<3>();
+  after.angular_momentum = world_inertia(mass, before) * u.tail<3>() / length;
+  if (!body.freedom) {  // the same but for rounding; exactly what the nodes lose
+    after.momentum = before.momentum + impulse.head<3>() + Vec3(-dt * stiffness * stretch);
+    after.angular_momentum = before.angular_momentum + length * impulse.tail<3>();
   }
-  const double spring_work = wound - dt * stiffness * (winds ? 0.0 : (away + dt * u.head<3>()).dot(u.head<3>()));
-  trial.applied_work += spring_work;
-  trial.merging_loss = kinetic_energy(mass, pushed) + spring_work + impulse.dot(u) - kinetic_energy(mass, after);
+  Trial& trial = trials_[b];
+  trial.gravity_work = driven.gravity_work;
+  trial.applied_work = driven.applied_work + spring_work;
+  trial.merging_loss = kinetic_energy(mass, before) + spring_work + impulse.dot(u) - kinetic_energy(mass, after);
   trial.momentum = after.momentum;
   trial.angular_momentum = after.angular_momentum;
   trial.impulse = impulse.head<3>();
   trial.angular_impulse = length * impulse.tail<3>();
+  if (body.freedom) {  // what nothing else has given
+    const Vec3 spring = -dt * stiffness * stretch;
+    const double winding = winds ? -body.winding * (body.wound + dt * body.rate()) : 0.0;
+    trial.guide_impulse =
+        after.momentum - states_[b].momentum - driven.impulse - trial.impulse - (winds ? Vec3::Zero() : spring);
+    trial.guide_angular_impulse = after.angular_momentum - states_[b].angular_momentum - driven.angular_impulse -
+                                  trial.angular_impulse - winding * starts_[b].guide->direction;
+  }
   return {u.head<3>(), u.tail<3>() / length, Vec3::Zero()};
 }
 
 void RigidContact::merge(double time, const GridUpdate& update, std::span<const NodeConstraint> moving, const Node* nodes) {
   find_held(moving, update.smallest_mass, nodes);
   sums_.clear();
-  for (const NodeConstraint& constraint : held_) add_node(constraint, nodes[constraint.node]);
+  for (const NodeConstraint& constraint : held_) add_node(constraint, nodes[constraint.node], sums_);
   const ExactSums all = sum_global(comm_, sums_);
   std::vector<RigidVelocity> velocities;
   for (std::size_t b = 0; b < bodies_.size(); ++b) velocities.push_back(solve(b, time, update, all));
-  for (NodeConstraint& constraint : held_)
-    constraint.velocity =
-        velocities[static_cast<std::size_t>(constraint.collider) - physics_.n_obstacles()].at(constraint.arm);
+  for (NodeConstraint& constraint : held_) constraint.velocity = velocities[body_of(constraint)].at(constraint.arm);
 }
 
 void RigidContact::accept(double time, double dt) {
@@ -245,7 +261,14 @@ void RigidContact::accept(double time, double dt) {
     account.gravity_work += trial.gravity_work;
     account.applied_work += trial.applied_work;
     account.merging_loss += trial.merging_loss;
+    account.guide_impulse += trial.guide_impulse;
+    account.guide_angular_impulse += trial.guide_angular_impulse;
+    const RigidState still = states_[b];
     advance(starts_[b].mass, starts_[b].guide, dt, states_[b]);
+    if (starts_[b].guide) {  // it leads the body round its axis
+      account.guide_impulse += states_[b].momentum - still.momentum;
+      account.guide_angular_impulse += states_[b].angular_momentum - still.angular_momentum;
+    }
   }
   collisions_.push_out(dt, states_, collisions);
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
@@ -284,7 +307,9 @@ std::vector<std::string> RigidContact::columns() {
                                        {"spin", "rad/s"},
                                        {"force", "N"},
                                        {"torque", "N m"},
-                                       {"collision_force", "N"}})
+                                       {"collision_force", "N"},
+                                       {"guide_force", "N"},
+                                       {"guide_torque", "N m"}})
     for (const char* axis : {"x", "y", "z"}) columns.push_back(fmt::format("{}_{} [{}]", quantity, axis, unit));
   columns.emplace_back("turn [rad]");
   for (const char* energy : {"kinetic_energy", "gravity_work", "applied_work", "merging_loss", "collision_work"})
@@ -300,7 +325,8 @@ std::vector<std::vector<double>> RigidContact::history() const {
     const double per_second = account.duration > 0.0 ? 1.0 / account.duration : 0.0;
     std::vector<double>& row = rows.emplace_back();
     for (const Vec3& v : {states_[b].center, now.velocity, now.angular_velocity, Vec3(per_second * account.impulse),
-                          Vec3(per_second * account.angular_impulse), Vec3(per_second * account.collision_impulse)})
+                          Vec3(per_second * account.angular_impulse), Vec3(per_second * account.collision_impulse),
+                          Vec3(per_second * account.guide_impulse), Vec3(per_second * account.guide_angular_impulse)})
       for (int a = 0; a < 3; ++a) row.push_back(v[a]);
     row.push_back(states_[b].turn);
     row.push_back(kinetic_energy(starts_[b].mass, states_[b]));
@@ -314,7 +340,9 @@ std::vector<std::vector<double>> RigidContact::history() const {
 
 void RigidContact::begin_history() {
   for (Account& account : accounts_) {
-    account.impulse = account.angular_impulse = account.collision_impulse = Vec3::Zero();
+    for (Vec3* impulse : {&account.impulse, &account.angular_impulse, &account.collision_impulse, &account.guide_impulse,
+                          &account.guide_angular_impulse})
+      *impulse = Vec3::Zero();
     account.duration = 0.0;
   }
 }
@@ -337,6 +365,8 @@ void RigidContact::for_each_number(auto& state, auto& account, const auto& visit
   visit("merging_loss", account.merging_loss);
   visit_vector("collision_impulse", account.collision_impulse);
   visit("collision_work", account.collision_work);
+  visit_vector("guide_impulse", account.guide_impulse);
+  visit_vector("guide_angular_impulse", account.guide_angular_impulse);
 }
 
 void RigidContact::save(Reals& reals) const {

@@ -11,6 +11,7 @@
 #include "distribution/particle_grid.hpp"
 #include "grid/exact_sums.hpp"
 #include "grid/rigid_collisions.hpp"
+#include "integrator/merged_body.hpp"
 #include "integrator/physics.hpp"
 #include "kernel/grid_update.hpp"
 
@@ -29,6 +30,21 @@ class RigidContact {
   /// of moving colliders. Changes no body and no node. Throws StepFailure, the same on every rank, if a force or torque of the scene has
   /// no value. Collective.
   void merge(double time, const GridUpdate& update, std::span<const NodeConstraint> moving, const Node* nodes);
+  /// The parts of `merge`, for who solves for the motion of nodes and bodies together. What the body that is deepest at `x` would do to a
+  /// node there, without its number and velocity; none where no body holds it. `poses`: those of `poses()`. Not collective.
+  std::optional<NodeConstraint> held_at(const Vec3& x, std::span<const Pose> poses) const;
+  /// Sums of all bodies before any node; adds a node that one holds, {v, m}. Not collective.
+  ExactSums no_sums() const;
+  void add_node(const NodeConstraint& constraint, const Node& node, ExactSums& sums) const;
+  /// Each body with the nodes of such sums over all ranks. Throws as `merge`. Not collective.
+  std::vector<MergedBody> merged(double time, const GridUpdate& update, const ExactSums& sums);
+  std::size_t body_of(const NodeConstraint& constraint) const {
+    return static_cast<std::size_t>(constraint.collider) - physics_.n_obstacles();
+  }
+  std::size_t n_bodies() const { return bodies_.size(); }
+  /// The unit of lengths in a body's equations, m.
+  double scale(std::size_t body) const { return starts_[body].reach; }
+
   /// After `merge`: what gives the held nodes their velocities; bodies are numbered after the colliders. Then the walls' share of those
   /// nodes again, for a body must not push material through a wall. Not collective.
   std::span<const NodeConstraint> held() const { return held_; }
@@ -55,11 +71,12 @@ class RigidContact {
  private:
   /// What a body has gone through since the start, or since the row before.
   struct Account {
-    Vec3 impulse = Vec3::Zero(), angular_impulse = Vec3::Zero();        ///< by the material, since the row before
-    double duration = 0.0;                                              ///< s, since the row before
-    Vec3 collision_impulse = Vec3::Zero();                              ///< since the row before
-    double gravity_work = 0.0, applied_work = 0.0, merging_loss = 0.0;  ///< J, since the start
-    double collision_work = 0.0;                                        ///< likewise
+    Vec3 impulse = Vec3::Zero(), angular_impulse = Vec3::Zero();              ///< by the material, since the row before
+    double duration = 0.0;                                                    ///< s, since the row before
+    Vec3 collision_impulse = Vec3::Zero();                                    ///< since the row before
+    Vec3 guide_impulse = Vec3::Zero(), guide_angular_impulse = Vec3::Zero();  ///< likewise, but for collisions
+    double gravity_work = 0.0, applied_work = 0.0, merging_loss = 0.0;        ///< J, since the start
+    double collision_work = 0.0;                                              ///< likewise
   };
   /// What the scene pushes a body with.
   struct Drive {
@@ -68,16 +85,22 @@ class RigidContact {
   /// The end of the step that is tried.
   struct Trial {
     Vec3 momentum, angular_momentum, impulse, angular_impulse;
+    Vec3 guide_impulse = Vec3::Zero(), guide_angular_impulse = Vec3::Zero();
     double gravity_work, applied_work, merging_loss;
   };
-  using Vec6 = Eigen::Matrix<double, 6, 1>;
+  /// The state after gravity, the scene's force and torque, within the guide; and what these are, kg m/s and kg m^2/s, and do, J.
+  struct Pushed {
+    RigidState state;
+    Vec3 impulse, angular_impulse;
+    double gravity_work, applied_work;
+  };
   static constexpr std::size_t n_sums = 27;  ///< lower triangle of a 6 x 6 matrix, row after row, then the right side
 
   void find_held(std::span<const NodeConstraint> moving, double smallest_mass, const Node* nodes);
-  void add_node(const NodeConstraint& constraint, const Node& node);
-  RigidState pushed_state(std::size_t body, double time, const GridUpdate& update, Trial& trial);
+  double reach(const RigidBody& body) const;
+  Pushed pushed(std::size_t body, double time, const GridUpdate& update);
+  MergedBody merged(std::size_t body, const Pushed& pushed, double dt, const ExactSums& sums) const;
   RigidVelocity solve(std::size_t body, double time, const GridUpdate& update, const ExactSums& sums);
-  double scale(std::size_t body) const { return starts_[body].reach; }
   static void for_each_number(auto& state, auto& account, const auto& visit);
 
   const Physics& physics_;

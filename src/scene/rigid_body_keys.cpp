@@ -117,12 +117,13 @@ void join_rigid_bodies(const config::Value& root, Scene& scene, config::Faults& 
   if (list->items.size() > most_bodies)
     faults.add(list->place,
                fmt::format("'rigid_bodies' has {} entries; at most {} are possible", list->items.size(), most_bodies));
-  const bool is_implicit = scene.time_stepping.integrator == IntegratorKind::imex ||
-                           scene.time_stepping.viscosity == ViscosityKind::implicit_stress;
-  if (is_implicit)
+  if (scene.time_stepping.viscosity == ViscosityKind::implicit_stress)
     faults.add(list->place,
-               "'rigid_bodies' needs time.integrator = \"explicit\" and explicit viscosity: the implicit systems do not "
+               "'rigid_bodies' needs explicit viscosity: the system of time.viscosity = \"implicit\" does not "
                "contain the bodies");
+  if (scene.time_stepping.integrator == IntegratorKind::imex && scene.time_stepping.pressure.solver == PressureSolver::petsc)
+    faults.add(list->place,
+               "'rigid_bodies' needs time.pressure.solver = \"cg\": the matrix that PETSc gets has no rows of bodies");
 }
 
 }  // namespace bulkley

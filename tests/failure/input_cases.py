@@ -166,6 +166,11 @@ INPUT_CASES = [
           r"rigid body 'weight' reaches into face x_lower by more than half a cell"),
     value("rigid_body_without_mass", "at_end = true", rigid_body(0.02, [0.03, 0.03, 0.03], ""),
           PLACE + "rigid body 'weight' needs a 'density' or a 'mass', one of the two"),
+    value("rigid_body_implicit_viscosity", "end = 0.01\n", 'end = 0.01\nintegrator = "imex"\nviscosity = "implicit"\n'
+          + rigid_body(0.02, [0.03, 0.03, 0.03]).removeprefix("at_end = true") + "\n", PLACE + "'rigid_bodies' needs explicit viscosity"),
+    value("rigid_body_petsc", "end = 0.01\n", 'end = 0.01\nintegrator = "imex"\npressure = { solver = "petsc" }\n'
+          + rigid_body(0.02, [0.03, 0.03, 0.03]).removeprefix("at_end = true") + "\n",
+          PLACE + r"'rigid_bodies' needs time\.pressure\.solver = \"cg\""),
     value("rigid_body_separating", "at_end = true", rigid_body(0.02, [0.03, 0.03, 0.03], 'mass = 1\ncontact = "separating"'),
           PLACE + r"'rigid_bodies\.0\.contact' is \"separating\", which rigid bodies do not have"),
     guided("axis_and_line", "axis = [0, 0, 1]\nline = [1, 0, 0]", "line' is given beside 'axis'"),

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Free rigid bodies: the same bits on any number of ranks and through a restart between two rows of history.csv; momentum and
-angular momentum of bodies and material conserved, at a body heavier and one far lighter than the material that it holds; both
-energy accounts closed, with guides, springs, forces and torques too."""
+"""Free rigid bodies, with explicit and with implicit pressure: the same bits on any number of ranks and through a restart between two
+rows of history.csv; momentum and angular momentum of bodies and material conserved, at a body heavier and one far lighter than the
+material that it holds; both energy accounts closed, with guides, springs, forces and torques too."""
 
 import csv
 import math
@@ -19,6 +19,9 @@ SCENE = pathlib.Path(__file__).resolve().with_name("rigid_bodies.toml")
 ROUNDING = 1e-12
 DRIVEN = {"ball": 'force = ["0", "0", "500"]\nspring = 1e4\n',
           "brick": 'axis = [0.0, 2.0, 0.0]\naxis_point = [0.62, 0.5, 0.6]\nspring = 5.0\ntorque = ["0", "40 * cos(40 * t)", "0"]\n'}
+# The jelly as stiff as water, and as many steps in the same time; but where bodies must get through it.
+IMEX = ["--set", "time.integrator=imex"]
+STIFF = ["--set", "materials.jelly.bulk_modulus=2e9", "--set", "time.dt_max=4e-4"]
 BALL = 7800.0 * 4.0 / 3.0 * math.pi * 0.13**3
 MASSES = {"ball": BALL, "brick": 0.1}
 OF_RANKS = {"imbalance", "repartitions", "moved_particles", "migrated_particles", "halo_bytes_largest [B]",
@@ -84,8 +87,10 @@ def driven_scene(work):
     first, _, second = SCENE.read_text(encoding="utf-8").partition('[[rigid_bodies]]\nname = "brick"\n')
     head, name, ball = first.partition('name = "ball"\n')
     second = second.replace("velocity = [0.0, 0.0, 1.0]\nangular", "angular", 1)
-    (work / "driven.toml").write_text(
+    scene = work / "driven.toml"
+    scene.write_text(
         f'{head}{name}{DRIVEN["ball"]}{ball}[[rigid_bodies]]\nname = "brick"\n{DRIVEN["brick"]}{second}', encoding="utf-8")
+    return scene
 
 
 def check_axis(table):
@@ -95,75 +100,121 @@ def check_axis(table):
     turn = column(table, "brick.turn [rad]")
     angle = numpy.arctan2(arm[:, 0], arm[:, 2])
     expect_small(angle - angle[0] - turn, 1.0, "turn of the brick")
-    if not numpy.abs(turn).max() > 0.05:
+    if not numpy.abs(turn).max() > 0.03:
         fail("the brick does not turn")
 
 
-def collide(program, work, run):
-    """Both bodies fall through jelly and air onto the floor and each other: on one rank, on three, and restarted in between."""
-    sets = ["--set", "time.end=0.1", "--set", "bodies.block.shape.parts.0.lower=[0.15,0.2,0.15]", "--set",
-            "rigid_bodies.0.velocity=[3,0,-6]", "--set", "rigid_bodies.1.mass=20", "--set", "rigid_bodies.1.velocity=[-3,0,-6]",
-            "--set", "rigid_bodies.0.restitution=0.5", "--set", "rigid_bodies.1.restitution=0.5"]
-    run("falls", 1, *sets)
-    table = rows(work / "falls")
-    check_energy(table)
-    for name in MASSES:
-        if not numpy.abs(vectors(table, f"{name}.collision_force", "N")).max() > 0.0:
-            fail(f"the {name} hits nothing")
-    steps = sorted(int(re.findall(r"\d+", path.name)[0]) for path in (work / "falls").glob("checkpoint_*.h5"))
-    last, middle = steps[-1], steps[len(steps) // 2]
-    run("falls_3", 3, *sets)
-    expect_identical(program, work, work / "falls", work / "falls_3", last, "collisions on 3 ranks")
-    run("falls_again", 2, *sets, "--restart", str(work / "falls" / f"checkpoint_{middle:09d}.h5"))
-    expect_identical(program, work, work / "falls", work / "falls_again", last, "collisions, restarted on 2 ranks")
-    for one, *others in zip(table[::-1], rows(work / "falls_3")[::-1], rows(work / "falls_again")[::-1], strict=False):
+def check_reaction(table, name, gravity):
+    """What changes a guided body's momentum: material, weight and guide."""
+    time, velocity = column(table, "time [s]"), vectors(table, f"{name}.velocity", "m/s")
+    guide = vectors(table, f"{name}.guide_force", "N")
+    force = vectors(table, f"{name}.force", "N") + guide + MASSES[name] * numpy.array(gravity)
+    change = MASSES[name] * numpy.diff(velocity, axis=0)
+    given = numpy.diff(time)[:, None] * force[1:]
+    expect_small(change - given, numpy.abs(given).max(), f"momentum of the guided {name}")
+    if not numpy.abs(guide).max() > 0.0:
+        fail(f"the guide of the {name} gives nothing")
+
+
+def expect_same_history(table, other, what):
+    for one, two in zip(table[::-1], other[::-1], strict=False):
         for name in one:
-            if name not in OF_RANKS and any(other[name] != one[name] for other in others):
-                fail(f"collisions: {name} is {one[name]} on one rank, {[other[name] for other in others]} on others")
+            if name not in OF_RANKS and one[name] != two[name]:
+                fail(f"{what}: {name} is {two[name]}, {one[name]} on one rank")
+
+
+class Test:
+    """The runs of one integrator; `stiff`: further settings of all but `collide`."""
+
+    def __init__(self, program, work, name, sets, stiff):
+        self.program, self.work, self.name, self.sets, self.stiff = program, work, name, sets, stiff
+
+    def folder(self, out):
+        return self.work / f"{self.name}_{out}"
+
+    def run(self, out, ranks, *more, scene=SCENE):
+        outcome = self.program.run(["run", str(scene), "--out", self.folder(out), *self.sets, *more], ranks, self.work, 120)
+        if outcome.code != 0:
+            fail(f"the run {self.name}_{out} on {ranks} ranks ended with {outcome.code}", outcome)
+        return rows(self.folder(out))
+
+    def restart(self, out, ranks, source, step, *more, scene=SCENE):
+        return self.run(out, ranks, *more, "--restart", str(self.folder(source) / f"checkpoint_{step:09d}.h5"), scene=scene)
+
+    def expect_identical(self, one, other, step):
+        expect_identical(self.program, self.work, self.folder(one), self.folder(other), step, f"{self.name}: {other}")
+
+    def steps(self, out):
+        """The last checkpoint and one in the middle."""
+        steps = sorted(int(re.findall(r"\d+", path.name)[0]) for path in self.folder(out).glob("checkpoint_*.h5"))
+        return steps[-1], steps[len(steps) // 2]
+
+    def identity(self):
+        table = self.run("one", 1, *self.stiff)
+        check_momentum(table)
+        check_energy(table)
+        expect_closed_account(self.folder("one"), "one")
+        last, middle = self.steps("one")
+        for ranks in (2, 3, 7):
+            other = self.run(f"ranks_{ranks}", ranks, *self.stiff)
+            self.expect_identical("one", f"ranks_{ranks}", last)
+            expect_same_history(table, other, f"history on {ranks} ranks")
+        again = self.restart("again", 3, "one", middle, *self.stiff)
+        self.expect_identical("one", "again", last)
+        expect_same_history(table, again, "restarted history")
+
+    def drive(self):
+        driven = driven_scene(self.work)
+        table = self.run("driven", 1, *self.stiff, scene=driven)
+        check_energy(table)
+        check_axis(table)
+        check_reaction(table, "brick", [0.0, 0.0, -10.0])
+        last, middle = self.steps("driven")
+        again = self.restart("driven_again", 3, "driven", middle, *self.stiff, scene=driven)
+        self.expect_identical("driven", "driven_again", last)
+        expect_same_history(table, again, "restarted, driven")
+
+    def collide(self, bottom, end):
+        """Both bodies fall through jelly down to `bottom` and air onto the floor and each other: on one rank, on three, and restarted in
+        between."""
+        sets = ["--set", f"time.end={end}", "--set", f"bodies.block.shape.parts.0.lower=[0.15,0.2,{bottom}]", "--set",
+                "rigid_bodies.0.velocity=[3,0,-6]", "--set", "rigid_bodies.1.mass=20", "--set", "rigid_bodies.1.velocity=[-3,0,-6]",
+                "--set", "rigid_bodies.0.restitution=0.5", "--set", "rigid_bodies.1.restitution=0.5"]
+        table = self.run("falls", 1, *sets)
+        check_energy(table)
+        expect_closed_account(self.folder("falls"), "falls")
+        for name in MASSES:
+            if not numpy.abs(vectors(table, f"{name}.collision_force", "N")).max() > 0.0:
+                fail(f"the {name} hits nothing")
+        last, middle = self.steps("falls")
+        others = [self.run("falls_3", 3, *sets), self.restart("falls_again", 2, "falls", middle, *sets)]
+        for out, other in zip(("falls_3", "falls_again"), others):
+            self.expect_identical("falls", out, last)
+            expect_same_history(table, other, f"collisions, {out}")
+
+    def turn(self):
+        """The ball alone, without weight; then with it on a level line, which carries what the jelly does not."""
+        text = SCENE.read_text(encoding="utf-8")
+        first, _, rest = text.partition('[[rigid_bodies]]\nname = "brick"')
+        alone, line = self.work / "alone.toml", self.work / "line.toml"
+        alone.write_text(first + rest[rest.index("[output]"):], encoding="utf-8")
+        check_turn(self.run("alone", 2, "--set", "gravity=[0,0,0]", *self.stiff, scene=alone))
+        guided = alone.read_text(encoding="utf-8").replace("angular_velocity = [0.0, 5.0, 10.0]", "line = [1.0, 0.0, 0.0]")
+        line.write_text(guided, encoding="utf-8")
+        table = self.run("line", 2, *self.stiff, scene=line)
+        check_reaction(table, "ball", [0.0, 0.0, -10.0])
+        carried = vectors(table, "ball.guide_force", "N")[1:, 2] + vectors(table, "ball.force", "N")[1:, 2]
+        expect_small(carried - 10.0 * BALL, 10.0 * BALL, "weight on the line")
 
 
 def main():
     program, work = start(parse_arguments(__doc__))
-
-    def run(out, ranks, *more, scene=SCENE):
-        outcome = program.run(["run", str(scene), "--out", out, *more], ranks, work, 120)
-        if outcome.code != 0:
-            fail(f"the run in {out} on {ranks} ranks ended with {outcome.code}", outcome)
-
-    run("one", 1)
-    table = rows(work / "one")
-    check_momentum(table)
-    check_energy(table)
-    expect_closed_account(work / "one", "one")
-    steps = sorted(int(re.findall(r"\d+", path.name)[0]) for path in (work / "one").glob("checkpoint_*.h5"))
-    last, middle = steps[-1], steps[len(steps) // 2]
-    for ranks in (2, 3, 7):
-        run(f"ranks_{ranks}", ranks)
-        expect_identical(program, work, work / "one", work / f"ranks_{ranks}", last, f"on {ranks} ranks")
-        for one, other in zip(table, rows(work / f"ranks_{ranks}"), strict=True):
-            for name in one:
-                if name not in OF_RANKS and one[name] != other[name]:
-                    fail(f"history on {ranks} ranks: {name} is {other[name]}, {one[name]} on one")
-    run("again", 3, "--restart", str(work / "one" / f"checkpoint_{middle:09d}.h5"))
-    expect_identical(program, work, work / "one", work / "again", last, "restarted on 3 ranks")
-    if rows(work / "again")[-1]["ball.force_x [N]"] != table[-1]["ball.force_x [N]"]:
-        fail("the restarted run gives another force")
-    driven_scene(work)
-    run("driven", 1, scene="driven.toml")
-    table = rows(work / "driven")
-    check_energy(table)
-    check_axis(table)
-    run("driven_again", 3, "--restart", str(work / "driven" / f"checkpoint_{middle:09d}.h5"), scene="driven.toml")
-    if rows(work / "driven_again")[-1]["brick.turn [rad]"] != table[-1]["brick.turn [rad]"]:
-        fail("the restarted run turns the brick elsewhere")
-    collide(program, work, run)
-    text = SCENE.read_text(encoding="utf-8")
-    first, _, rest = text.partition('[[rigid_bodies]]\nname = "brick"')
-    (work / "alone.toml").write_text(first + rest[rest.index("[output]"):], encoding="utf-8")
-    outcome = program.run(["run", "alone.toml", "--out", "alone", "--set", "gravity=[0,0,0]"], 2, work, 120)
-    if outcome.code != 0:
-        fail("the run with the ball alone failed", outcome)
-    check_turn(rows(work / "alone"))
+    for name, sets, stiff, falls in (("explicit", [], [], (0.15, 0.1)), ("imex", IMEX, STIFF, (0.4, 0.15))):
+        test = Test(program, work, name, sets, stiff)
+        test.identity()
+        test.drive()
+        test.collide(*falls)
+        test.turn()
 
 
 if __name__ == "__main__":

@@ -1,59 +1,8 @@
 #!/usr/bin/env python3
 """A free rigid ball: added mass in an inviscid fluid, Stokes' drag between walls, and the yield stress that holds it."""
 
-import math
-
-import numpy
-
+from rigid_ball import ADDED_MASS, SPEED, added_mass, late_speed, steady_speed
 from study import Study
-
-RADIUS, DENSITY, VISCOSITY = 0.01, 1000.0, 5.0
-DISPLACED = 4.0 / 3.0 * math.pi * RADIUS**3 * DENSITY
-OFF_NODES = [0.0007, 0.0003, 0.0011]
-# Sphere in the middle of a cube of half width 3 a (inviscid, slip) and 4 a (Stokes, no slip): finite elements.
-ADDED_MASS, WALL_FACTOR = 0.5344, 1.854
-STEADY_FORCE = 0.020546
-SPEED = STEADY_FORCE / (6.0 * math.pi * VISCOSITY * RADIUS * WALL_FACTOR)
-# Beris et al. (1985): a sphere rests where 2 pi a^2 tau_y / F is above 0.143.
-WEIGHT = DISPLACED * 9.81
-
-
-def box(half, center):
-    return {"domain.lower": [-half] * 3, "domain.upper": [half] * 3, "bodies.0.shape.parts.0.lower": [-half] * 3,
-            "bodies.0.shape.parts.0.upper": [half] * 3, "bodies.0.shape.parts.1.center": center,
-            "rigid_bodies.0.shape.center": center}
-
-
-def column(history, name):
-    return numpy.array(history[name], dtype=float)
-
-
-def added_mass(study, cells, limits=None, label=""):
-    """From the acceleration once sound has crossed the box three times, before the ball has moved a twentieth of its radius."""
-    sets = {**box(3.0 * RADIUS, OFF_NODES), "domain.cell_size": RADIUS / cells,
-            "rigid_bodies.0.force": ["0", "0", f"{DISPLACED:.17g}"], **(limits or {})}
-    history = study.run(f"added_mass_{cells}{label}", sets, scene=study.scene.with_name("water.toml")).history()
-    time, speed = column(history, "time_s"), column(history, "ballvelocity_z_ms")
-    late = time > 0.015
-    return 1.0 / numpy.polyfit(time[late], speed[late], 1)[0] - 1.0
-
-
-def steady_speed(study, cells, limits=None, label=""):
-    sets = {**box(4.0 * RADIUS, OFF_NODES), "domain.cell_size": RADIUS / cells, "time.end": 0.12, **(limits or {})}
-    history = study.run(f"stokes_{cells}{label}", sets).history()
-    time, speed = column(history, "time_s"), column(history, "ballvelocity_z_ms")
-    return speed[time > 0.08].mean()
-
-
-def late_speed(study, yield_number):
-    """Speed after 2 s over that in a Newtonian fluid of the same viscosity."""
-    sets = {**box(4.0 * RADIUS, OFF_NODES), "domain.cell_size": RADIUS / 4, "time.end": 2.0,
-            "materials.fluid.yield_stress": yield_number * WEIGHT / (2.0 * math.pi * RADIUS**2),
-            "rigid_bodies.0.force": ["0", "0", f"{WEIGHT:.17g}"]}
-    history = study.run(f"yield_{yield_number}", sets).history()
-    time, height = column(history, "time_s"), column(history, "ballposition_z_m")
-    late = time > 1.8
-    return numpy.polyfit(time[late], height[late], 1)[0] / (WEIGHT / STEADY_FORCE * SPEED)
 
 
 def main():
@@ -84,8 +33,8 @@ def main():
                      + f" ({halved:.3f} with 4 cells and half the step); with 4 cells and a speed of sound of "
                      + ", ".join(f"{c} m/s: {mass:.3f}" for c, mass in others.items())
                      + ". The stiffer the fluid, the more the particles next to a curved surface lock: each must keep its volume while the "
-                     "nodes behind the surface have the body's velocity. Cells that share a pressure, as those of imex do, would not; imex has "
-                     "no rigid bodies yet.")
+                     "nodes behind the surface have the body's velocity. Cells that share a pressure, as those of imex do, do not "
+                     "(rigid_sphere_imex).")
     study.finish()
 
 
