@@ -298,8 +298,8 @@ struct Step {
       trial.push_back(J[p]);
     }
   }
-  void update(double relaxation, bool parted = false) {
-    update_volumes(laws(), {relaxation, before.data()}, members, -123.5, parted, set);
+  void update(double relaxation, bool parted = false, const char* carried = nullptr) {
+    update_volumes(laws(), {relaxation, before.data(), carried}, members, -123.5, parted, set);
   }
   double J(LocalIndex p) const { return set.real(Field::volume_ratio)[p]; }
   double V(LocalIndex p) const { return set.real(Field::reference_volume)[p]; }
@@ -324,6 +324,38 @@ TEST(UpdateVolumes, CellGrowsByTheGrowthOfItsParticles) {
       for (const LocalIndex p : step.members) sum += step.V(p) * step.J(p);
       EXPECT_NEAR(sum, expected, 1e-14 * expected);
       for (LocalIndex p = 0; p < step.set.size(); ++p) EXPECT_EQ(step.set.real(Field::cell_mean_stress)[p], -123.5);
+    }
+}
+
+// Those that an inflow carries: their dilation counts for the others, their own J stays, and nothing relaxes towards it.
+TEST(UpdateVolumes, KeepsTheVolumesOfWhatIsCarried) {
+  for (const bool parted : {false, true})
+    for (const double relaxation : {0.0, 0.1}) {
+      Step step({0, 2}), all({0, 2});
+      std::vector<char> carried(step.members.size(), 0);
+      for (std::size_t p = 0; p < 5; ++p) carried[p] = 1;
+      step.update(relaxation, parted, carried.data());
+      all.update(0.0, parted);
+      std::map<std::uint8_t, std::pair<double, double>> kept, expected;  // V and V J of the others, by material
+      for (const LocalIndex p : step.members) {
+        const auto i = static_cast<std::size_t>(p);
+        if (carried[i]) {
+          EXPECT_EQ(step.J(p), step.before[i]);
+          continue;
+        }
+        const std::uint8_t m = step.set.material()[p];
+        kept[m].first += step.V(p);
+        kept[m].second += step.V(p) * step.J(p);
+        expected[m].first += step.V(p);
+        expected[m].second += step.V(p) * all.J(p);
+      }
+      for (const auto& [m, sums] : kept) {
+        EXPECT_NEAR(sums.second, expected[m].second, 1e-14 * sums.second);
+        const double mean = expected[m].second / expected[m].first, share = parted ? 0.0 : relaxation;
+        for (const LocalIndex p : step.members)
+          if (!carried[static_cast<std::size_t>(p)] && step.set.material()[p] == m)
+            EXPECT_NEAR(step.J(p), all.J(p) + share * (mean - all.J(p)), 1e-14);
+      }
     }
 }
 
