@@ -108,7 +108,7 @@ speed = "{speed} * min(1, t / 0.02)"
 
 
 def check_jolt(program, work, name, pressure, tolerance, more=""):
-    """A bath that a piston squeezes by 4 %, against the pressure of what has entered: seen from the exit, speeds fall evenly to the wall."""
+    """A bath that a piston squeezes by 4 %, against the pressure of what has entered: how even its density is, also at the exit."""
     exit_place, top, speed = 0.04, 0.14, 0.05
     bath = particles_of(program, work, name, f"""gravity = [0.0, 0.0, 0.0]
 [domain]
@@ -134,49 +134,45 @@ pressure = {pressure}
 [boundaries]
 {SLIP}
 """)
-    height = bath["position"][:, 2]
-    free = height > exit_place
-    ratio = bath["volume_ratio"][free]
-    even = speed * ratio.mean() * (top - height[free]) / (top - exit_place)
-    off = max(numpy.abs(bath["velocity"][free, 2] - even).max() / speed, numpy.abs(ratio / ratio.mean() - 1.0).max())
-    print(f"{name}: J = {ratio.mean():.4f}, velocity and density off by {off:.2e}", flush=True)
+    ratio = bath["volume_ratio"][bath["position"][:, 2] > exit_place]
+    off = numpy.abs(ratio / ratio.mean() - 1.0).max()
+    print(f"{name}: J = {ratio.mean():.4f}, off by {off:.2e}", flush=True)
     if not off <= tolerance:
-        fail(f"{name}: velocity or density is off by {off}")
+        fail(f"{name}: the density is off by {off}")
     return off
 
 
 def check_pushed_back(program, work):
-    """A ball that falls on a nozzle which rests gets in a little, and is put back."""
-    scene = f"""
+    """A nozzle that begins within a block: what is in the way of its feed is put to the exit, 12 x 8 x 4 particles to begin with."""
+    block = particles_of(program, work, "pushed_back", f"""gravity = [0.0, 0.0, 0.0]
 [domain]
 lower = [0.0, 0.0, 0.0]
 upper = [0.1, 0.1, 0.16]
 cell_size = {CELL}
 [time]
-end = 0.05
+end = 0.003
 {FLUID}viscosity = 0.1
 [[bodies]]
-name = "ball"
+name = "block"
 material = "fluid"
-shape = {{ type = "sphere", center = [0.05, 0.05, 0.1], radius = 0.03 }}
-velocity = [0, 0, -2]
+shape = {{ type = "box", lower = [0.01, 0.01, 0.02], upper = [0.09, 0.09, 0.05] }}
 [[inflows]]
 name = "nozzle"
 material = "fluid"
 section = {{ type = "shape", shape = {{ type = "box", lower = [-0.03, -0.02, -1], upper = [0.03, 0.02, 1] }} }}
-position = [0.05, 0.05, 0.04]
+position = [0.05, 0.05, 0.06]
 direction = [0, 0, 1]
 speed = 0
-"""
-    ball = particles_of(program, work, "pushed_back", scene)
+start = 0.002
+""")
     with open(work / "pushed_back" / "history.csv", encoding="utf-8") as table:
         last = list(csv.DictReader(table))[-1]
-    n = int(last["nozzle.pushed_back_particles"])
-    place = numpy.abs(ball["position"] - [0.05, 0.05, 0.025])
-    inside = ((place < [0.03, 0.02, 0.015 - 1e-9]).all(axis=1)).sum()
-    print(f"pushed back: {n} times; {inside} particles in the feed, {last['nozzle.feed_particles']} of its own", flush=True)
-    if not (n > 0 and inside == int(last["nozzle.feed_particles"])):
-        fail("particles that get into a feed are not put back and counted")
+    n, own = int(last["nozzle.pushed_back_particles"]), int(last["nozzle.feed_particles"])
+    place = numpy.abs(block["position"] - [0.05, 0.05, 0.045])
+    inside = (place < [0.03, 0.02, 0.015 - 1e-9]).all(axis=1).sum()
+    print(f"pushed back: {n} times; {inside} particles in the feed, {own} of its own", flush=True)
+    if not (n >= 12 * 8 * 4 and inside == own == 12 * 8 * 6):
+        fail("particles that are in the way of a feed are not put back and counted")
 
 
 def check_fall(program, work):
@@ -259,12 +255,13 @@ def main():
     plate = ('[[colliders]]\nname = "plate"\nshape = { type = "difference", parts = [{ type = "box", lower = [0, 0, 0], upper = '
              '[0.08, 0.08, 0.04] }, { type = "cylinder", start = [0.04, 0.04, -0.01], end = [0.04, 0.04, 0.05], radius = 0.02 }] }')
     # The tube is two cells in radius: nodes that move by shares give a flow larger by 1/48 (docs/theory.md, "Inflow").
-    check_box(program, work, "tube", '{ type = "disc", radius = 0.02 }', math.pi * 0.02**2, 0.1, plate, 0.03)
-    check_box(program, work, "tube_imex", '{ type = "disc", radius = 0.02 }', math.pi * 0.02**2, 0.1, plate, 0.03, IMEX)
+    area = math.pi * 0.02**2 * (1.0 + 1.0 / 48.0)
+    for name, more in (("tube", ""), ("tube_imex", IMEX)):
+        check_box(program, work, name, '{ type = "disc", radius = 0.02 }', area, 0.1, plate, 0.01, more)
     stress_free = check_jolt(program, work, "stress_free", 0.0, 1.0)
     for name, more in (("measured", ""), ("measured_imex", IMEX)):
         off = check_jolt(program, work, name, '"measured"', 0.01, more)
-        if not off < 0.2 * stress_free:
+        if not off < 0.3 * stress_free:
             fail("a pressure that is measured does not calm the flow")
     check_pushed_back(program, work)
     check_fall(program, work)
