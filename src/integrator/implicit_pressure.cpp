@@ -477,10 +477,11 @@ std::size_t ImplicitPressure::memory() const {
                                scale_.capacity() + before_.capacity();
   const std::size_t n_nodes =
       free_.capacity() * 3 + pool_.capacity() + owned_impulses_.capacity() + rows_.gradient.capacity();
-  const std::size_t n_indices = cell_of_.capacity() + number_of_.capacity() + counts_.capacity() + own_.capacity() + place_of_.capacity() +
-                                members_.first.capacity() + members_.particle.capacity() + rows_.first.capacity() +
-                                rows_.rounded.capacity() + block_of_.capacity() + others_.capacity() +
-                                end_of_plane_.capacity() + wave_of_own_.capacity() + own_by_wave_.capacity();
+  const std::size_t n_indices = cell_of_.capacity() + number_of_.capacity() + counts_.capacity() + own_.capacity() +
+                                place_of_.capacity() + members_.first.capacity() + members_.particle.capacity() +
+                                rows_.first.capacity() + rows_.rounded.capacity() + block_of_.capacity() +
+                                others_.capacity() + end_of_plane_.capacity() + wave_of_own_.capacity() +
+                                own_by_wave_.capacity();
   return n_values * sizeof(double) + n_nodes * sizeof(Node) + n_indices * sizeof(LocalIndex) +
          3 * volume_.capacity() * sizeof(double) + contact_.memory() + matrix_.memory() + (grid_ ? grid_->memory() : 0);
 }

@@ -253,7 +253,7 @@ void update_volumes(const VolumetricLaws& laws, const VolumeUpdate& update, std:
       dilation += V[p] * (J[p] - update.before[p]);
       if (!carried(p)) compliance += V[p] / laws[material[p]]->slope(update.before[p]);
     }
-    if (compliance == 0.0) compliance = 1.0;  // all are carried
+    if (compliance == 0.0) compliance = 1.0;      // all are carried
     const double stress = dilation / compliance;  // by which that of every particle grows
     for (const LocalIndex p : members) J[p] = update.before[p] + stress / laws[material[p]]->slope(update.before[p]);
   }
