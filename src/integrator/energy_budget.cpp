@@ -275,9 +275,10 @@ ParticleEnergies EnergyBudget::energies_of(const ParticleSet& particles, LocalIn
   return {kinetic_energy(particles, p, inertia_), elastic_energy(physics_, particles, p)};
 }
 
-void EnergyBudget::add_carried(std::size_t feed, double change) {
-  sums_[fed_term(feed)].add({&change, 1});
-  sums_[from_grid].add({&change, 1});  // which is taken to be what the particles have afterwards
+void EnergyBudget::add_carried(std::size_t feed, const ParticleEnergies& changes) {
+  sums_[fed_term(feed)].add({&changes.kinetic, 1});
+  sums_[fed_term(feed) + 1].add({&changes.elastic, 1});
+  sums_[from_grid].add({&changes.kinetic, 1});  // which is taken to be what the particles have afterwards
 }
 
 void EnergyBudget::add_fed(std::size_t feed, const ParticleEnergies& energies) {

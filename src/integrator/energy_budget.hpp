@@ -96,8 +96,8 @@ class EnergyBudget {
 
   /// Of particle p, for the next two. Not collective.
   ParticleEnergies energies_of(const ParticleSet& particles, LocalIndex p) const;
-  /// Before `add_moved` of its block: a feed has changed the kinetic energy of a particle by that, J. Not collective.
-  void add_carried(std::size_t feed, double kinetic);
+  /// Before `add_moved` of its block: a feed has changed the energies of a particle by those. Not collective.
+  void add_carried(std::size_t feed, const ParticleEnergies& changes);
   /// After end_step: a feed has brought in a particle with these energies, or with their opposites taken one out. Not collective.
   void add_fed(std::size_t feed, const ParticleEnergies& energies);
 

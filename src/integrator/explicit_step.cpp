@@ -68,7 +68,8 @@ StepReport ExplicitStep::step(const StepRequest& request, TimeStepState& state) 
   local.requests.caller.include(request.from_rank);
   const double sum = request.time + report.plan.dt;
   if (parts_.feeds.any())
-    parts_.feeds.begin(request.time, report.plan.lands ? request.landing.value_or(sum) : sum, parts_.contact.no_impulses());
+    parts_.feeds.begin(request.time, report.plan.lands ? request.landing.value_or(sum) : sum, particles.particles(),
+                       parts_.contact.no_impulses());
   nodes_to_particles(report.plan.dt, local);
   report.bounds = particles.finish_move(local);
   if (report.bounds.failed()) return report;
@@ -153,7 +154,7 @@ void ExplicitStep::update_nodes(double time, const GridUpdate& update, StepRepor
   if (update.dt > 0.0) solve_implicit_parts(time, update, report);
   const PhaseTimer timer(parts_.times, Phase::grid_update);
   received_.clear();
-  parts_.contact.apply(time, update, nodes, change(), received_, parts_.budget.contact());
+  parts_.contact.apply(time, update, parts_.feeds.stretches(), nodes, change(), received_, parts_.budget.contact());
   parts_.budget.after_contact(update, parts_.particles.exchange().active_nodes(), nodes);
 }
 
@@ -162,7 +163,7 @@ void ExplicitStep::solve_implicit_parts(double time, const GridUpdate& update, S
   Node* const nodes = velocity_.data();
   report.viscosity = {};
   report.pressure = {};
-  if (pressure_) pressure_->begin();
+  if (pressure_) pressure_->begin(time);
   if (viscosity_) {
     const std::span<const Node> predicted = pressure_ ? pressure_->last_impulses(update.dt) : std::span<const Node>();
     report.viscosity = viscosity_->apply(time, update, predicted, nodes, change());
@@ -230,7 +231,7 @@ void ExplicitStep::nodes_to_particles(double dt, StepBounds& local) {
         g2p(physics.grid, transfer, grid.layout(), grid.map(), dt, share, pairs_.data(), particles, local, block);
       else
         g2p(physics.grid, transfer, grid.layout(), grid.map(), dt, pool_.data(), particles, local, block);
-      if (parts_.feeds.any()) parts_.feeds.carry(particles, local, block);
+      if (parts_.feeds.any()) parts_.feeds.carry(gradient, particles, local, block);
       parts_.after_move(block);
     }
     if (pressure_) pressure_->keep_volumes(block);
@@ -245,6 +246,7 @@ void ExplicitStep::nodes_to_particles(double dt, StepBounds& local) {
         begin = end;
       }
       if (parts_.feeds.any()) parts_.feeds.show_spin(gradient, particles);
+      if (parts_.feeds.any() && pressure_) parts_.feeds.show_dilation(particles);
       if (viscosity_) viscosity_->record(gradient, dt, block);
     }
     grid.place(block);

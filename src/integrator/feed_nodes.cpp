@@ -27,7 +27,8 @@ void FeedNodes::fit(std::vector<Int3> nodes, std::vector<LocalIndex> places, std
   fixed_ = walled_by(fixed);
 }
 
-std::vector<NodeConstraint> FeedNodes::at(double time, double dt, std::span<const NodeConstraint> moving) const {
+std::vector<NodeConstraint> FeedNodes::at(double time, double dt, std::span<const double> stretches,
+                                          std::span<const NodeConstraint> moving) const {
   std::vector<NodeConstraint> result;
   const GridGeometry& grid = physics_.grid;
   const double dx = grid.cell_size;
@@ -43,7 +44,8 @@ std::vector<NodeConstraint> FeedNodes::at(double time, double dt, std::span<cons
   for (std::size_t f = 0; f < physics_.feeds.size(); ++f) {
     const Feed& feed = physics_.feeds[f];
     if (!feed.runs(time)) continue;
-    const NozzleState nozzle = feed.at(time), middle = feed.at(std::min(time + 0.5 * dt, feed.end()));
+    const NozzleState nozzle = feed.at(time, stretches[f]),
+                      middle = feed.at(std::min(time + 0.5 * dt, feed.end()), stretches[f]);
     const double from = -feed.length() - reach_behind * dx;
     const Bounds box = feed.bounds(nozzle, reach * dx, from);
     for (std::size_t n = 0; n < nodes_.size(); ++n) {

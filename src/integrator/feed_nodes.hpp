@@ -19,9 +19,10 @@ class FeedNodes {
   void fit(std::vector<Int3> nodes, std::vector<LocalIndex> places, std::span<const NodeConstraint> fixed);
 
   /// The constraints of the step from `time` to `time` + `dt`, to be applied after those of walls and colliders: sticky, where the feeds
-  /// are at `time`, with the velocity of the middle of the step; numbered after the colliders. `moving`: constraints of colliders
-  /// that move. Not collective.
-  std::vector<NodeConstraint> at(double time, double dt, std::span<const NodeConstraint> moving) const;
+  /// are at `time`, with the velocity of the middle of the step; numbered after the colliders. `stretches`:
+  /// NozzleState::stretch by feed; `moving`: constraints of colliders that move. Not collective.
+  std::vector<NodeConstraint> at(double time, double dt, std::span<const double> stretches,
+                                 std::span<const NodeConstraint> moving) const;
 
   std::size_t memory() const;
 

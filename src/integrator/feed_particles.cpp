@@ -1,5 +1,7 @@
 #include "integrator/feed_particles.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -9,6 +11,7 @@
 #include "kernel/bspline.hpp"
 #include "kernel/g2p.hpp"
 #include "kernel/stress_update.hpp"
+#include "parallel/reproducible_sum.hpp"
 
 namespace bulkley {
 
@@ -24,6 +27,18 @@ void set_gradient(ParticleSet& particles, Field field, LocalIndex p, const Mat3&
   for (int c = 0; c < 9; ++c) particles.real(field, c)[p] = gradient(c / 3, c % 3);
 }
 
+Mat3 gradient_of(const ParticleSet& particles, Field field, LocalIndex p) {
+  Mat3 gradient;
+  for (int c = 0; c < 9; ++c) gradient(c / 3, c % 3) = particles.real(field, c)[p];
+  return gradient;
+}
+
+/// With an implicit pressure, that of a material; null else.
+const VolumetricLaw* volumetric_law_of(const Physics& physics, std::size_t material) {
+  if (physics.volumetric_laws.empty() || !physics.volumetric_laws[material]) return nullptr;
+  return &*physics.volumetric_laws[material];
+}
+
 void append(const ParticleSet& from, ParticleSet& to) {
   const LocalIndex before = to.size();
   to.resize(ParticleSet::checked_size(GlobalIndex{before} + from.size()));
@@ -36,12 +51,12 @@ void append(const ParticleSet& from, ParticleSet& to) {
 
 }  // namespace
 
-void append_layers(const Physics& physics, std::size_t feed_number, double time, GlobalIndex first, GlobalIndex last,
-                   const TileMap& map, int rank, ParticleSet& particles, StepBounds& local) {
+void append_layers(const Physics& physics, std::size_t feed_number, const NozzleState& nozzle, GlobalIndex first,
+                   GlobalIndex last, const TileMap& map, int rank, ParticleSet& particles, StepBounds& local) {
   if (last <= first) return;
   const Feed& feed = physics.feeds[feed_number];
   const Inflow& inflow = feed.inflow();
-  const NozzleState nozzle = feed.at(time);
+  const double ratio = nozzle.stretch * inflow.volume_ratio;
   struct Newborn {
     Vec3 position;
     GlobalIndex id;
@@ -59,7 +74,9 @@ void append_layers(const Physics& physics, std::size_t feed_number, double time,
     born.set_vector(Field::position, p, one.position);
     born.set_vector(Field::velocity, p, feed.velocity(nozzle, one.position));
     for (int c = 0; c < 3; ++c) born.real(Field::left_cauchy_green, c)[p] = 1.0;
-    born.real(Field::volume_ratio)[p] = inflow.volume_ratio;
+    born.real(Field::volume_ratio)[p] = ratio;
+    if (const VolumetricLaw* law = volumetric_law_of(physics, inflow.material_index))
+      born.real(Field::cell_mean_stress)[p] = law->stress(ratio);
     born.real(Field::mass)[p] = inflow.density * feed.particle_volume();
     born.real(Field::reference_volume)[p] = feed.particle_volume();
     born.material()[p] = inflow.material_index;
@@ -77,7 +94,7 @@ void append_layers(const Physics& physics, std::size_t feed_number, double time,
 void append_first_layers(const Physics& physics, const TileMap& map, int rank, ParticleSet& particles) {
   StepBounds unused;
   for (std::size_t f = 0; f < physics.feeds.size(); ++f)
-    append_layers(physics, f, 0.0, 0, physics.feeds[f].n_born(0.0), map, rank, particles, unused);
+    append_layers(physics, f, physics.feeds[f].at(0.0), 0, physics.feeds[f].n_born(0.0), map, rank, particles, unused);
 }
 
 void include_feeds(const Physics& physics, double time, StepBounds& bounds) {
@@ -92,14 +109,17 @@ void include_feeds(const Physics& physics, double time, StepBounds& bounds) {
   }
 }
 
-void FeedParticles::begin(double time, double end, const ContactImpulses& none) {
+void FeedParticles::begin(double time, double end, const ParticleSet& particles, const ContactImpulses& none) {
   received_ = none;
   end_ = end;
+  dt_ = end - time;
+  carried_.assign(static_cast<std::size_t>(particles.size()), 0);
   now_.clear();
   left_.clear();
-  for (const Feed& feed : physics_.feeds) {
+  for (std::size_t f = 0; f < physics_.feeds.size(); ++f) {
+    const Feed& feed = physics_.feeds[f];
     const bool runs = feed.runs(time);
-    now_.push_back({feed.at(end), runs, runs && end >= feed.end(), feed.n_released(time), feed.n_born(time),
+    now_.push_back({feed.at(end, stretches_[f]), runs, runs && end >= feed.end(), feed.n_released(time), feed.n_born(time),
                     feed.n_born(end), feed.n_released(end)});
   }
 }
@@ -108,31 +128,37 @@ void FeedParticles::add_momentum(std::size_t feed, const Vec3& momentum) {
   received_.add(physics_.n_obstacles() + n_gauge_entries(physics_) + feed, momentum, Vec3::Zero());
 }
 
-void FeedParticles::hold(std::size_t f, LocalIndex p, ParticleSet& particles, StepBounds& local) {
+void FeedParticles::hold(std::size_t f, LocalIndex p, Field gradient, ParticleSet& particles, StepBounds& local) {
   const Feed& feed = physics_.feeds[f];
   const Now& now = now_[f];
   const GlobalIndex id = particles.id()[p], k = feed.layer_of(id);
   const ParticleEnergies before = budget_.energies_of(particles, p);
   const Vec3 x = feed.position(now.end, k, feed.point_of(id)), v = feed.velocity(now.end, x);
   const Mat3 spin = cross_matrix(now.end.spin);
+  if (feed.inflow().pressure.is_measured) particles.real(Field::volume_ratio)[p] = now.end.stretch;
   const double mass = particles.real(Field::mass)[p];
+  if (!physics_.volumetric_laws.empty())
+    dilation_of_held_.push_back((Mat3::Identity() + dt_ * gradient_of(particles, gradient, p)).determinant());
   add_momentum(f, mass * (v - particles.vector(Field::velocity, p)));
   particles.set_vector(Field::position, p, x);
   particles.set_vector(Field::velocity, p, v);
   set_gradient(particles, Field::affine_velocity, p, spin);
   if (particles.has(Field::velocity_gradient)) set_gradient(particles, Field::velocity_gradient, p, Mat3::Zero());
-  budget_.add_carried(f, budget_.energies_of(particles, p).kinetic - before.kinetic);
+  const ParticleEnergies after = budget_.energies_of(particles, p);
+  budget_.add_carried(f, {after.kinetic - before.kinetic, after.elastic - before.elastic});
   const double spun =
       physics_.transfer.affine() ? spin.norm() * moment_sum_ratio(physics_.grid.order) * physics_.grid.cell_size : 0.0;
   local.motion.speed.include(v.norm(), id);
   local.sums.momentum.include(mass * (v.norm() + spun));
   held_.push_back(p);
   feed_of_held_.push_back(f);
+  carried_[static_cast<std::size_t>(p)] = 1;
 }
 
-void FeedParticles::carry(ParticleSet& particles, StepBounds& local, ParticleBlock block) {
+void FeedParticles::carry(Field gradient, ParticleSet& particles, StepBounds& local, ParticleBlock block) {
   held_.clear();
   feed_of_held_.clear();
+  dilation_of_held_.clear();
   const LocalIndex end = std::min(block.end, particles.size());
   for (std::size_t f = 0; f < physics_.feeds.size(); ++f) {
     const Feed& feed = physics_.feeds[f];
@@ -143,7 +169,7 @@ void FeedParticles::carry(ParticleSet& particles, StepBounds& local, ParticleBlo
       const GlobalIndex id = particles.id()[p];
       if (feed.owns(id) && feed.layer_of(id) > now.released) {
         if (!now.stops)
-          hold(f, p, particles, local);
+          hold(f, p, gradient, particles, local);
         else if (feed.layer_of(id) > now.last_released)
           left_.push_back(p);
         continue;
@@ -151,8 +177,9 @@ void FeedParticles::carry(ParticleSet& particles, StepBounds& local, ParticleBlo
       if (now.stops) continue;
       const Vec3 x = particles.vector(Field::position, p);
       if ((x.array() < box.lower.array()).any() || (x.array() > box.upper.array()).any()) continue;
-      if (feed.holds(now.end, x, 0.0, -feed.length()))
-        particles.set_vector(Field::position, p, x - (x - now.end.position).dot(now.end.axis) * now.end.axis);
+      if (!feed.holds(now.end, x, 0.0, -feed.length())) continue;
+      ++pushed_back_[f];
+      particles.set_vector(Field::position, p, x - (x - now.end.position).dot(now.end.axis) * now.end.axis);
     }
   }
 }
@@ -170,8 +197,13 @@ void FeedParticles::show_spin(Field gradient, ParticleSet& particles) {
       set_gradient(particles, gradient, held_[n], cross_matrix(spin));
 }
 
+void FeedParticles::show_dilation(ParticleSet& particles) {
+  for (std::size_t n = 0; n < held_.size(); ++n) particles.real(Field::volume_ratio)[held_[n]] *= dilation_of_held_[n];
+}
+
 void FeedParticles::finish(ParticleGrid& grid, StepBounds& local) {
   ParticleSet& particles = grid.particles();
+  measure_pressures(grid.comm(), particles);
   for (const LocalIndex p : left_)
     for (std::size_t f = 0; f < physics_.feeds.size(); ++f)
       if (physics_.feeds[f].owns(particles.id()[p])) {
@@ -183,14 +215,63 @@ void FeedParticles::finish(ParticleGrid& grid, StepBounds& local) {
   const LocalIndex before = particles.size();
   for (std::size_t f = 0; f < physics_.feeds.size(); ++f) {
     const LocalIndex first = particles.size();
-    append_layers(physics_, f, end_, now_[f].born, now_[f].last_born, grid.partition().map, grid.comm().rank(), particles,
-                  local);
+    append_layers(physics_, f, now_[f].end, now_[f].born, now_[f].last_born, grid.partition().map, grid.comm().rank(),
+                  particles, local);
     for (LocalIndex p = first; p < particles.size(); ++p) {
       budget_.add_fed(f, budget_.energies_of(particles, p));
       add_momentum(f, particles.real(Field::mass)[p] * particles.vector(Field::velocity, p));
     }
   }
   if (particles.size() > before) grid.place_added(before);
+}
+
+// The mean of J over a cell in front of the exit, by volume; a material that holds tension does not pull the feed out.
+void FeedParticles::measure_pressures(const Comm& comm, const ParticleSet& particles) {
+  const double dx = physics_.grid.cell_size;
+  for (std::size_t f = 0; f < physics_.feeds.size(); ++f) {
+    const Feed& feed = physics_.feeds[f];
+    const NozzleState& nozzle = now_[f].end;
+    if (!feed.inflow().pressure.is_measured || !now_[f].runs) continue;
+    NozzleState ahead = nozzle;
+    ahead.position += dx * nozzle.axis;
+    const Bounds box = feed.bounds(ahead, 0.0, -dx);
+    std::vector<double> volumes, ratios;
+    for (LocalIndex p = 0; p < static_cast<LocalIndex>(carried_.size()); ++p) {
+      if (carried_[static_cast<std::size_t>(p)]) continue;
+      const Vec3 x = particles.vector(Field::position, p);
+      if ((x.array() < box.lower.array()).any() || (x.array() > box.upper.array()).any()) continue;
+      if (!feed.holds(ahead, x, 0.0, -dx)) continue;
+      volumes.push_back(particles.real(Field::reference_volume)[p]);
+      ratios.push_back(volumes.back() * particles.real(Field::volume_ratio)[p]);
+    }
+    const double volume = reproducible_sum(comm, volumes), current = reproducible_sum(comm, ratios);
+    if (!(volume > 0.0 && std::isfinite(current))) continue;
+    const double smoothing = 4.0 * dx / feed.inflow().wave_speed;  // s
+    stretches_[f] = std::min(1.0, stretches_[f] + dt_ / (smoothing + dt_) * (current / volume - stretches_[f]));
+  }
+}
+
+std::vector<GlobalIndex> FeedParticles::pushed_back(const Comm& comm) const {
+  std::vector<GlobalIndex> sums;
+  for (const GlobalIndex n : pushed_back_) sums.push_back(sum_global(comm, n));
+  return sums;
+}
+
+void FeedParticles::save(const Comm& comm, Reals& reals, Integers& integers) const {
+  const std::vector<GlobalIndex> pushed = pushed_back(comm);
+  for (std::size_t f = 0; f < physics_.feeds.size(); ++f) {
+    integers[fmt::format("{}.pushed_back", f)] = pushed[f];
+    reals[fmt::format("{}.stretch", f)] = stretches_[f];
+  }
+}
+
+void FeedParticles::load(const Comm& comm, const Reals& reals, const Integers& integers) {
+  for (std::size_t f = 0; f < physics_.feeds.size(); ++f) {
+    const auto pushed = integers.find(fmt::format("{}.pushed_back", f));
+    const auto stretch = reals.find(fmt::format("{}.stretch", f));
+    pushed_back_[f] = comm.is_root() && pushed != integers.end() ? pushed->second : 0;
+    stretches_[f] = stretch != reals.end() && physics_.feeds[f].inflow().pressure.is_measured ? stretch->second : 1.0;
+  }
 }
 
 }  // namespace bulkley

@@ -1,8 +1,10 @@
 #pragma once
 // The particles of inflows: born behind the exit, carried by formula, released at it (docs/theory.md, "Inflow").
 
+#include <span>
 #include <vector>
 
+#include "base/named_numbers.hpp"
 #include "distribution/particle_grid.hpp"
 #include "grid/contact_impulse.hpp"
 #include "integrator/energy_budget.hpp"
@@ -10,9 +12,9 @@
 
 namespace bulkley {
 
-/// Appends the particles of the layers first < k <= last of a feed as they are at `time` whose tiles belong to `rank`; `local`
-/// learns of them. Not collective.
-void append_layers(const Physics& physics, std::size_t feed, double time, GlobalIndex first, GlobalIndex last,
+/// Appends the particles of the layers first < k <= last of a feed as they are with its nozzle in the state `nozzle` whose tiles
+/// belong to `rank`; `local` learns of them. Not collective.
+void append_layers(const Physics& physics, std::size_t feed, const NozzleState& nozzle, GlobalIndex first, GlobalIndex last,
                    const TileMap& map, int rank, ParticleSet& particles, StepBounds& local);
 
 /// Appends all that the feeds hold at the time 0. Not collective.
@@ -24,22 +26,39 @@ void include_feeds(const Physics& physics, double time, StepBounds& bounds);
 class FeedParticles {
  public:
   /// Both must outlive this.
-  FeedParticles(const Physics& physics, EnergyBudget& budget) : physics_(physics), budget_(budget) {}
+  FeedParticles(const Physics& physics, EnergyBudget& budget)
+      : physics_(physics), budget_(budget), pushed_back_(physics.feeds.size(), 0), stretches_(physics.feeds.size(), 1.0) {}
 
   bool any() const { return !physics_.feeds.empty(); }
 
-  /// Within a step that is taken, in this order; `carry` and `hide_spin`, `show_spin` for each block. Not collective.
-  void begin(double time, double end, const ContactImpulses& none);
-  /// After g2p: particles of the feeds get the place and velocity of the formulas; what has come back into a feed goes to the exit.
-  void carry(ParticleSet& particles, StepBounds& local, ParticleBlock block);
+  /// Within a step that is taken, in this order; `carry` to `show_dilation` for each block. Not collective.
+  void begin(double time, double end, const ParticleSet& particles, const ContactImpulses& none);
+  /// After g2p, which has left velocity gradients in the field `gradient`: particles of the feeds get the place and velocity of the
+  /// formulas; what has come back into a feed goes to the exit.
+  void carry(Field gradient, ParticleSet& particles, StepBounds& local, ParticleBlock block);
   /// Around the stress update, which must not see that a feed turns: it has the stress that it was born with.
   void hide_spin(Field gradient, ParticleSet& particles);
   void show_spin(Field gradient, ParticleSet& particles);
-  /// Births, and the end of what is left of a feed. Before ParticleGrid::finish_move. Not collective.
+  /// With an implicit pressure, after the stress update: J of carried particles as the nodes would change it, which their cells must
+  /// know; update_volumes puts it back.
+  void show_dilation(ParticleSet& particles);
+  /// By particle, whether it is carried, for update_volumes; null where there are no inflows.
+  const char* carried() const { return any() ? carried_.data() : nullptr; }
+  /// Births, the end of what is left of a feed, and the pressures that are measured. Before ParticleGrid::finish_move. Collective.
   void finish(ParticleGrid& grid, StepBounds& local);
 
   /// What the material has received apart from nodes, in the entries of no_contact_impulses.
   const ContactImpulses& received() const { return received_; }
+
+  /// By feed, NozzleState::stretch: J in front of the exit at the end of the step before, smoothed, where the scene has the pressure
+  /// measured; 1 elsewhere.
+  std::span<const double> stretches() const { return stretches_; }
+  /// By feed, how often a particle that came back into it was put back to the exit, over all ranks. Collective.
+  std::vector<GlobalIndex> pushed_back(const Comm& comm) const;
+
+  /// What a restart must find again. `save` is collective; after `load` the root has the counts.
+  void save(const Comm& comm, Reals& reals, Integers& integers) const;
+  void load(const Comm& comm, const Reals& reals, const Integers& integers);
 
  private:
   /// A feed in the present step.
@@ -52,17 +71,22 @@ class FeedParticles {
     GlobalIndex last_born;  ///< at the end of the step
     GlobalIndex last_released;
   };
+  void measure_pressures(const Comm& comm, const ParticleSet& particles);
   void add_momentum(std::size_t feed, const Vec3& momentum);
-  void hold(std::size_t feed, LocalIndex p, ParticleSet& particles, StepBounds& local);
+  void hold(std::size_t feed, LocalIndex p, Field gradient, ParticleSet& particles, StepBounds& local);
 
   const Physics& physics_;
   EnergyBudget& budget_;
+  std::vector<GlobalIndex> pushed_back_;  ///< by this rank
+  std::vector<double> stretches_;
   ContactImpulses received_;
-  double end_ = 0.0;
+  double end_ = 0.0, dt_ = 0.0;
   std::vector<Now> now_;
   std::vector<LocalIndex> held_;  ///< of the present block
   std::vector<std::size_t> feed_of_held_;
-  std::vector<LocalIndex> left_;  ///< particles of feeds that end in this step
+  std::vector<double> dilation_of_held_;  ///< det (1 + dt L) of g2p; only with an implicit pressure
+  std::vector<char> carried_;             ///< by particle
+  std::vector<LocalIndex> left_;          ///< particles of feeds that end in this step
 };
 
 }  // namespace bulkley

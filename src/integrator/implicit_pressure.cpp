@@ -48,9 +48,10 @@ void ImplicitPressure::fit() {
   fitted_ = parts_.particles.version();
 }
 
-void ImplicitPressure::begin() {
+void ImplicitPressure::begin(double time) {
   const PhaseTimer timer(parts_.times, Phase::pressure);
   fit();
+  find_cells(time);
   number_cells();
   fill_cells();
 }
@@ -61,7 +62,8 @@ PressureReport ImplicitPressure::apply(double time, const GridUpdate& update, do
   fetch_nodes(update, nodes);
   gradients_of(pressure_, RowEntries::rounded);
   find_unheld(update.dt);
-  contact_.begin(time, update.dt, held_.data(), bodies_ ? bodies_->find(scale_.data()) : std::span<const NodeConstraint>());
+  contact_.begin(time, update.dt, parts_.feeds.stretches(), held_.data(),
+                 bodies_ ? bodies_->find(scale_.data()) : std::span<const NodeConstraint>());
   if (bodies_) merge_bodies(time, update);
   set_diagonal(update.dt, unclipped_dt);
   if (petsc_) matrix_.number_rows(parts_.comm(), halo_, own_, rows_.size());
@@ -89,18 +91,40 @@ PressureReport ImplicitPressure::apply(double time, const GridUpdate& update, do
   return report;
 }
 
+// What an inflow carries takes part as far behind its exit as stencils reach. Farther behind nothing past the exit feels it, and its volume
+// is not the nodes' to change, whatever walls beside it say.
+void ImplicitPressure::find_cells(double time) {
+  const Physics& physics = parts_.physics;
+  const ParticleSet& particles = parts_.particles.particles();
+  cell_of_ = parts_.particles.map().cell;
+  carried_.assign(physics.feeds.empty() ? 0 : static_cast<std::size_t>(particles.size()), 0);
+  const double reach = 0.5 * stencil_width(physics.grid.order) * physics.grid.cell_size;
+  for (std::size_t f = 0; f < physics.feeds.size(); ++f) {
+    const Feed& feed = physics.feeds[f];
+    if (!feed.runs(time)) continue;
+    const NozzleState nozzle = feed.at(time, parts_.feeds.stretches()[f]);
+    const GlobalIndex n_released = feed.n_released(time);
+    for (LocalIndex p = 0; p < particles.size(); ++p) {
+      const GlobalIndex id = particles.id()[p];
+      if (!feed.owns(id) || feed.layer_of(id) <= n_released) continue;
+      carried_[static_cast<std::size_t>(p)] = 1;
+      if (feed.distance(nozzle, feed.layer_of(id)) < -reach) cell_of_[static_cast<std::size_t>(p)] = grid_->n_own_ids();
+    }
+  }
+}
+
 // Which cells have particles, here and on the ranks around.
 void ImplicitPressure::number_cells() {
   const ParticleSet& particles = parts_.particles.particles();
-  const std::vector<LocalIndex>& cell = parts_.particles.map().cell;
   counts_.assign(static_cast<std::size_t>(grid_->n_ids()), 0);
   const std::uint8_t* const material = particles.material();
   for (LocalIndex p = 0; p < particles.size(); ++p)
-    if (laws_[material[p]]) ++counts_[static_cast<std::size_t>(cell[static_cast<std::size_t>(p)])];
+    if (const LocalIndex cell = cell_of_[static_cast<std::size_t>(p)]; laws_[material[p]] && cell < grid_->n_own_ids())
+      ++counts_[static_cast<std::size_t>(cell)];
   exchange_counts(parts_.comm(), *grid_, counts_);
 
   number_of_.assign(static_cast<std::size_t>(grid_->n_ids()), -1);
-  place_of_.assign(static_cast<std::size_t>(grid_->n_own_ids()), -1);
+  place_of_.assign(static_cast<std::size_t>(grid_->n_own_ids()) + 1, -1);
   own_.clear();
   others_.clear();
   block_of_.clear();
@@ -148,7 +172,7 @@ void ImplicitPressure::fill_cells() {
   const Physics& physics = parts_.physics;
   const ParticleSet& particles = parts_.particles.particles();
   const auto n = static_cast<std::size_t>(rows_.size());
-  group_by_cell(laws_, particles, parts_.particles.map().cell, place_of_, static_cast<LocalIndex>(own_.size()), members_);
+  group_by_cell(laws_, particles, cell_of_, place_of_, static_cast<LocalIndex>(own_.size()), members_);
   for (std::vector<double>* values : {&volume_, &compliance_, &target_}) values->resize(own_.size());
   for (std::vector<char>* states : {&may_part_, &parted_}) states->resize(own_.size());
   for (std::vector<double>* values : {&pressure_, &right_, &residual_, &direction_, &product_, &scaled_, &inverse_diagonal_})
@@ -166,6 +190,7 @@ void ImplicitPressure::fill_cells() {
     volume_[k] = cell.volume;
     compliance_[k] = cell.compliance;
     target_[k] = cell.target;
+    if (!carried_.empty()) account_for_carried(k);
     may_part_[k] = cell.parts;
     parted_[k] = cell.parts && 2.0 * cell.parted_volume > cell.volume;
     block_volume_[static_cast<std::size_t>(block_of_[k])] += cell.volume;
@@ -173,6 +198,30 @@ void ImplicitPressure::fill_cells() {
   }
   halo_.exchange(parts_.comm(), reinterpret_cast<double*>(rows_.gradient.data()), 4 * rows_.n_stencil());
   for (const LocalIndex c : others_) rows_.round(c);
+}
+
+// What an inflow carries cannot be squeezed, its J is given: where it shares a cell with others, they alone take up what the cell's volume
+// changes by. A cell of its own has the pressure of the last step, whatever J says, and changes it as if it were not carried.
+void ImplicitPressure::account_for_carried(std::size_t k) {
+  const ParticleSet& particles = parts_.particles.particles();
+  double compliance = 0.0, target = 0.0, last = 0.0;  // of the others; of all that is carried
+  for (const LocalIndex p : members_.of(static_cast<LocalIndex>(k))) {
+    const VolumetricLaw& law = *laws_[particles.material()[p]];
+    const double J = particles.real(Field::volume_ratio)[p];
+    const double share = particles.real(Field::reference_volume)[p] / law.slope(J);
+    if (carried_[static_cast<std::size_t>(p)]) {
+      last += share * particles.real(Field::cell_mean_stress)[p];
+    } else {
+      compliance += share;
+      target += share * law.stress(J);
+    }
+  }
+  if (compliance > 0.0) {
+    compliance_[k] = compliance;
+    target_[k] = target;
+  } else {
+    target_[k] = last;
+  }
 }
 
 void ImplicitPressure::fetch_nodes(const GridUpdate& update, const Node* nodes) {
@@ -433,11 +482,14 @@ void ImplicitPressure::keep_volumes(ParticleBlock block) {
 void ImplicitPressure::update_volumes(StepBounds& local) {
   const PhaseTimer timer(parts_.times, Phase::pressure);
   ParticleSet& particles = parts_.particles.particles();
-  const VolumeUpdate update{parts_.physics.time_stepping.pressure.relaxation, before_.data()};
+  const VolumeUpdate update{parts_.physics.time_stepping.pressure.relaxation, before_.data(), parts_.feeds.carried()};
   for (std::size_t k = 0; k < own_.size(); ++k)
     bulkley::update_volumes(laws_, update, members_.of(static_cast<LocalIndex>(k)),
                             pressure_[static_cast<std::size_t>(own_[k])], parted_[k], particles);
-  const double* const J = particles.real(Field::volume_ratio);
+  double* const J = particles.real(Field::volume_ratio);
+  if (const char* const carried = parts_.feeds.carried())
+    for (LocalIndex p = 0; p < particles.size(); ++p)
+      if (carried[p]) J[p] = before_[static_cast<std::size_t>(p)];
   local.totals.smallest_volume_ratio = {};
   local.totals.largest_volume_ratio = {};
   for (LocalIndex p = 0; p < particles.size(); ++p) {
@@ -454,10 +506,11 @@ std::size_t ImplicitPressure::memory() const {
                                scale_.capacity() + before_.capacity();
   const std::size_t n_nodes =
       free_.capacity() * 3 + pool_.capacity() + owned_impulses_.capacity() + rows_.gradient.capacity();
-  const std::size_t n_indices = number_of_.capacity() + counts_.capacity() + own_.capacity() + place_of_.capacity() +
-                                members_.first.capacity() + members_.particle.capacity() + rows_.first.capacity() +
-                                rows_.rounded.capacity() + block_of_.capacity() + others_.capacity() +
-                                end_of_plane_.capacity() + wave_of_own_.capacity() + own_by_wave_.capacity();
+  const std::size_t n_indices = cell_of_.capacity() + number_of_.capacity() + counts_.capacity() + own_.capacity() +
+                                place_of_.capacity() + members_.first.capacity() + members_.particle.capacity() +
+                                rows_.first.capacity() + rows_.rounded.capacity() + block_of_.capacity() +
+                                others_.capacity() + end_of_plane_.capacity() + wave_of_own_.capacity() +
+                                own_by_wave_.capacity();
   return n_values * sizeof(double) + n_nodes * sizeof(Node) + n_indices * sizeof(LocalIndex) +
          3 * volume_.capacity() * sizeof(double) + contact_.memory() + matrix_.memory() + (bodies_ ? bodies_->memory() : 0) +
          (grid_ ? grid_->memory() : 0);

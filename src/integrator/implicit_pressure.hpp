@@ -25,8 +25,8 @@ class ImplicitPressure {
   /// Makes everything fit the present pools. Collective.
   void fit();
 
-  /// Makes the system of a step of the particles as they are. Collective.
-  void begin();
+  /// Makes the system of a step from `time` of the particles as they are. Collective.
+  void begin(double time);
   /// The impulses of the last step's pressure in a step of dt, s, of owned nodes in front of walls and behind; after `begin`,
   /// valid until `apply`. Collective.
   std::span<const Node> last_impulses(double dt);
@@ -45,9 +45,11 @@ class ImplicitPressure {
   std::size_t memory() const;
 
  private:
+  void find_cells(double time);
   void number_cells();
   void sort_own_by_wave();
   void fill_cells();
+  void account_for_carried(std::size_t k);
   void fetch_nodes(const GridUpdate& update, const Node* nodes);
   double precondition(const std::vector<double>& from);
   void begin_solution(double dt);
@@ -77,11 +79,13 @@ class ImplicitPressure {
   GlobalIndex fitted_ = -1;
   CellHalo halo_;
   // Cells with particles in the order of their places, this rank's and those of others that it needs.
+  std::vector<LocalIndex> cell_of_;                   // by particle: id, or n_own_ids of grid_ for none
+  std::vector<char> carried_;                         // by particle: an inflow carries it in the step; empty without inflows
   std::vector<LocalIndex> number_of_;                 // by id; -1: empty
   std::vector<std::int32_t> counts_;                  // by id
   std::vector<LocalIndex> own_;                       // numbers of this rank's cells
   std::vector<LocalIndex> others_;                    // and of those of other ranks
-  std::vector<LocalIndex> place_of_;                  // in own_, by id of this rank's cells; -1: empty
+  std::vector<LocalIndex> place_of_;                  // in own_, by id of this rank's cells, and of none; -1: empty
   CellParticles members_;                             // by place in own_
   std::vector<double> volume_, compliance_, target_;  // of PressureCell, by place in own_
   std::vector<char> may_part_;                        // likewise: no particle of it holds tension

@@ -59,7 +59,7 @@ void ImplicitViscosity::start(double time, const GridUpdate& update, std::span<c
     const auto i = static_cast<std::size_t>(n);
     for (int a = 0; a < 3; ++a) direction_[i].c[a] = nodes[n].c[a] + scale_[i] * impulses_[i].c[a];
   }
-  contact_.begin(time, update.dt, direction_.data());
+  contact_.begin(time, update.dt, parts_.feeds.stretches(), direction_.data());
   contact_.hold(direction_.data());
 }
 

@@ -41,8 +41,8 @@ void NodeContact::fit(const Exchange& exchange) {
   gauges_.fit(constraints_, images_, nodes, active);
 }
 
-void NodeContact::apply(double time, const GridUpdate& update, Node* nodes, Node* change, ContactImpulses& received,
-                        ContactAccount& account) {
+void NodeContact::apply(double time, const GridUpdate& update, std::span<const double> stretches, Node* nodes, Node* change,
+                        ContactImpulses& received, ContactAccount& account) {
   gauges_.before_constraints(nodes, received);
   account.apply(constraints_, nodes, change, received);
   std::span<const NodeConstraint> moving_ones;
@@ -53,7 +53,7 @@ void NodeContact::apply(double time, const GridUpdate& update, Node* nodes, Node
     moving_ones = moving;
   }
   if (rigid_) merge_bodies(time, update, moving_ones, nodes, change, received, account);
-  if (!physics_.feeds.empty()) account.apply(feeds_.at(time, update.dt, moving_ones), nodes, change, received);
+  if (!physics_.feeds.empty()) account.apply(feeds_.at(time, update.dt, stretches, moving_ones), nodes, change, received);
   account.unfold(update, images_, nodes, change);
   gauges_.after_unfold(nodes, update.joined ? nullptr : change, received);
 }

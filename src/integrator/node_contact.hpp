@@ -38,10 +38,10 @@ class NodeContact {
   /// collective.
   void fold_later(Node* impulses);
   /// Velocities -> velocities after contact in a step from `time`, and of the nodes behind walls. `change`: as
-  /// apply_constraints. Adds what colliders and gauges receive to `received`. Collective where there
-  /// are rigid bodies.
-  void apply(double time, const GridUpdate& update, Node* nodes, Node* change, ContactImpulses& received,
-             ContactAccount& account);
+  /// apply_constraints; `stretches`: of the feeds, as FeedNodes::at. Adds what colliders and gauges receive to `received`. Collective
+  /// where there are rigid bodies.
+  void apply(double time, const GridUpdate& update, std::span<const double> stretches, Node* nodes, Node* change,
+             ContactImpulses& received, ContactAccount& account);
 
   /// Speed that no point of a collider or rigid body exceeds between two times, m/s. Not collective.
   double collider_speed(double first, double last) const;

@@ -38,6 +38,7 @@ void PressureContact::find(const std::vector<Int3>& positions, std::span<const L
   if (std::any_of(physics_.colliders.begin(), physics_.colliders.end(), moves))
     moving_.emplace(physics_.grid, physics_.colliders, positions, nodes_, fixed_);
   for (NodeConstraint& constraint : fixed_) constraint.node = number(constraint.node);
+  if (!physics_.feeds.empty()) feeds_.fit(positions, nodes_, fixed_);
   images_ = node_images(physics_.grid, physics_.faces, positions);
   for (NodeImage& image : images_) {
     image.behind = number(image.behind);
@@ -65,11 +66,16 @@ Mat3 held_part(const NodeConstraint& body) {
   return Mat3::Identity();
 }
 
-void PressureContact::begin(double time, double dt, const Node* velocity, std::span<const NodeConstraint> bodies) {
-  std::vector<const NodeConstraint*> all;
-  for (const NodeConstraint& constraint : fixed_) all.push_back(&constraint);
-  if (moving_)
-    for (const NodeConstraint& constraint : moving_->at(time, dt)) all.push_back(&constraint);
+void PressureContact::begin(double time, double dt, std::span<const double> stretches, const Node* velocity,
+                            std::span<const NodeConstraint> bodies) {
+  std::span<const NodeConstraint> moving;
+  if (moving_) moving = moving_->at(time, dt);
+  std::vector<NodeConstraint> fed;
+  if (!physics_.feeds.empty()) fed = feeds_.at(time, dt, stretches, moving);
+  std::vector<const NodeConstraint*> all;  // those of feeds first: what they hold no wall moves
+  for (const std::span<const NodeConstraint> some :
+       {std::span<const NodeConstraint>(fed), std::span<const NodeConstraint>(fixed_), moving})
+    for (const NodeConstraint& constraint : some) all.push_back(&constraint);
   std::stable_sort(all.begin(), all.end(), [&](const auto* a, const auto* b) {
     return std::pair(waves_.of_node(a->node), a->node) < std::pair(waves_.of_node(b->node), b->node);
   });
@@ -233,7 +239,7 @@ std::size_t PressureContact::memory() const {
   return (nodes_.capacity() + nodes_by_wave_.capacity()) * sizeof(LocalIndex) + waves_.memory() +
          fixed_.capacity() * sizeof(NodeConstraint) + images_.capacity() * sizeof(NodeImage) +
          constraints_.capacity() * sizeof(Constraint) + held_.capacity() * sizeof(HeldNode) +
-         body_nodes_.capacity() * sizeof(BodyNode) + (moving_ ? moving_->memory() : 0);
+         body_nodes_.capacity() * sizeof(BodyNode) + feeds_.memory() + (moving_ ? moving_->memory() : 0);
 }
 
 }  // namespace bulkley

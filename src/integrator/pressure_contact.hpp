@@ -1,5 +1,5 @@
 #pragma once
-// Walls and colliders inside the linear systems of an implicit step, as projections (docs/theory.md, "Implicit pressure").
+// Walls, colliders and the feeds of inflows inside the linear systems of an implicit step, as projections (docs/theory.md, "Implicit pressure").
 //
 // Each rank finds the constraints of the nodes that it needs by itself: they follow from geometry, and from velocities and masses
 // of those nodes.
@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "distribution/cell_waves.hpp"
+#include "integrator/feed_nodes.hpp"
 #include "integrator/physics.hpp"
 #include "kernel/grid_update.hpp"
 
@@ -17,7 +18,7 @@ namespace bulkley {
 class PressureContact {
  public:
   /// `physics` must outlive this.
-  explicit PressureContact(const Physics& physics) : physics_(physics) {}
+  explicit PressureContact(const Physics& physics) : physics_(physics), feeds_(physics) {}
 
   /// Finds what touches the complete nodes of `cells`. Not collective.
   void fit(const CellGrid& cells);
@@ -27,10 +28,11 @@ class PressureContact {
   /// Not collective.
   void fit(const std::vector<Int3>& positions, std::span<const LocalIndex> nodes, LocalIndex n_nodes);
 
-  /// The constraints of a step from `time`, each separating one in force where the material comes towards it. `velocity`: {v, -}
-  /// of the nodes before contact. `bodies`: of nodes that rigid bodies hold, each once; what a sticky wall holds is the wall's. Not
-  /// collective.
-  void begin(double time, double dt, const Node* velocity, std::span<const NodeConstraint> bodies = {});
+  /// The constraints of a step from `time`, each separating one in force where the material comes towards it. `stretches`: of the
+  /// feeds, as FeedNodes::at; `velocity`: {v, -} of the nodes before contact. `bodies`: of nodes that rigid bodies hold, each once;
+  /// what a sticky wall holds is the wall's. Not collective.
+  void begin(double time, double dt, std::span<const double> stretches, const Node* velocity,
+             std::span<const NodeConstraint> bodies = {});
 
   /// Velocities before contact -> as the walls in force hold them. Not collective.
   void hold_by_walls(Node* velocity) const;
@@ -119,6 +121,7 @@ class PressureContact {
   WaveRanges node_ranges_, repeated_ranges_, image_ranges_, held_ranges_;
   std::vector<NodeConstraint> fixed_;
   std::optional<MovingConstraints> moving_;
+  FeedNodes feeds_;
   std::vector<NodeImage> images_;
   std::vector<Constraint> constraints_;
   std::vector<HeldNode> held_;

@@ -12,7 +12,15 @@ namespace bulkley {
 
 namespace {
 
-const std::string rigid_prefix = "force.rigid_bodies.";  // no force has this name
+const std::string rigid_prefix = "force.rigid_bodies.", feed_prefix = "force.inflows.";  // no force has these names
+
+template <class Number>
+std::map<std::string, Number> without_prefix(const std::map<std::string, Number>& numbers, const std::string& prefix) {
+  std::map<std::string, Number> result;
+  for (const auto& [name, number] : numbers)
+    if (name.starts_with(prefix)) result[name.substr(prefix.size())] = number;
+  return result;
+}
 
 // Wave speed, viscosity and stress bounds of particles as they are, without a step.
 void measure_state(const std::vector<NamedMaterial>& materials, const ParticleSet& particles, StepBounds& bounds) {
@@ -127,14 +135,17 @@ void Solver::save_forces(Reals& reals, Integers& integers) const {
   Reals bodies;
   if (const RigidContact* const rigid = parts_.contact.rigid_bodies()) rigid->save(bodies);
   for (const auto& [name, number] : bodies) reals[rigid_prefix + name] = number;
+  Reals feed_reals;
+  Integers feed_integers;
+  parts_.feeds.save(grid_.comm(), feed_reals, feed_integers);
+  for (const auto& [name, number] : feed_reals) reals[feed_prefix + name] = number;
+  for (const auto& [name, number] : feed_integers) integers[feed_prefix + name] = number;
 }
 
 void Solver::load_forces(const Reals& reals, const Integers& integers) {
   bulkley::load_forces(parts_.forces, reals, integers);
-  Reals bodies;
-  for (const auto& [name, number] : reals)
-    if (name.starts_with(rigid_prefix)) bodies[name.substr(rigid_prefix.size())] = number;
-  if (RigidContact* const rigid = parts_.contact.rigid_bodies()) rigid->load(bodies);
+  if (RigidContact* const rigid = parts_.contact.rigid_bodies()) rigid->load(without_prefix(reals, rigid_prefix));
+  parts_.feeds.load(grid_.comm(), without_prefix(reals, feed_prefix), without_prefix(integers, feed_prefix));
 }
 
 GlobalIndex Solver::halo_bytes() const {

@@ -67,7 +67,11 @@ class Solver {
   /// The rigid bodies of the run, if there are any; nullptr else. Not collective.
   RigidContact* rigid_bodies() { return parts_.contact.rigid_bodies(); }
 
-  /// What forces and rigid bodies must find again after a restart; see NodeForce::save. Not collective.
+  /// By inflow: NozzleState::stretch, and how often particles were pushed back to its exit so far, over all ranks. Collective.
+  std::span<const double> feed_stretches() const { return parts_.feeds.stretches(); }
+  std::vector<GlobalIndex> pushed_back() const { return parts_.feeds.pushed_back(grid_.comm()); }
+
+  /// What forces, rigid bodies and inflows must find again after a restart; see NodeForce::save. Collective.
   void save_forces(Reals& reals, Integers& integers) const;
   void load_forces(const Reals& reals, const Integers& integers);
   /// NodeForce::save_fields, load_fields of all forces. Collective.

@@ -245,22 +245,27 @@ void update_volumes(const VolumetricLaws& laws, const VolumeUpdate& update, std:
   double* const pressures = particles.real(Field::cell_mean_stress);
   const double* const V = particles.real(Field::reference_volume);
   const std::uint8_t* const material = particles.material();
+  const auto carried = [&](LocalIndex p) { return update.carried && update.carried[p]; };
   for (const LocalIndex p : members) pressures[p] = pressure;
   if (!parted) {
     double dilation = 0.0, compliance = 0.0;
     for (const LocalIndex p : members) {
       dilation += V[p] * (J[p] - update.before[p]);
-      compliance += V[p] / laws[material[p]]->slope(update.before[p]);
+      if (!carried(p)) compliance += V[p] / laws[material[p]]->slope(update.before[p]);
     }
+    if (compliance == 0.0) compliance = 1.0;      // all are carried
     const double stress = dilation / compliance;  // by which that of every particle grows
     for (const LocalIndex p : members) J[p] = update.before[p] + stress / laws[material[p]]->slope(update.before[p]);
   }
+  for (const LocalIndex p : members)
+    if (carried(p)) J[p] = update.before[p];
   if (parted || update.relaxation == 0.0) return;
   // Each material once, at its first particle.
   for (std::size_t first = 0; first < members.size(); ++first) {
     const std::uint8_t m = material[members[first]];
-    const auto same = [&](LocalIndex p) { return material[p] == m; };
-    if (std::any_of(members.begin(), members.begin() + static_cast<std::ptrdiff_t>(first), same)) continue;
+    const auto same = [&](LocalIndex p) { return material[p] == m && !carried(p); };
+    if (!same(members[first]) || std::any_of(members.begin(), members.begin() + static_cast<std::ptrdiff_t>(first), same))
+      continue;
     double volume = 0.0, current = 0.0;
     for (const LocalIndex p : members.subspan(first))
       if (same(p)) {

@@ -90,13 +90,14 @@ double diagonal_of(const PressureRows& rows, LocalIndex cell, const Node* scales
 
 /// What the particles of a cell learn of a step.
 struct VolumeUpdate {
-  double relaxation;     ///< beta of (I9)
-  const double* before;  ///< J at the start of the step, by particle
+  double relaxation;              ///< beta of (I9)
+  const double* before;           ///< J at the start of the step, by particle
+  const char* carried = nullptr;  ///< by particle: an inflow carries it, and its J is given; null: none
 };
 
 /// (I8), (I9): the volume ratios that the stress update has left, each from its own det f, become those of the cell's mean
 /// dilation, shared by compliance, and relax towards their mean within each material; where the cell has parted each keeps its
-/// own. Sets the field `cell_mean_stress` to `pressure`, Pa. Not collective.
+/// own. What is carried takes part in the dilation and keeps its J. Sets the field `cell_mean_stress` to `pressure`, Pa. Not collective.
 void update_volumes(const VolumetricLaws& laws, const VolumeUpdate& update, std::span<const LocalIndex> members,
                     double pressure, bool parted, ParticleSet& particles);
 

@@ -58,6 +58,21 @@ void for_each_segment(const std::vector<FeedFrame>& frames, double first, double
     visit(k);
 }
 
+// Each point of a lattice counts with the share of its square that a straight edge at its distance leaves inside.
+double area_by_points(const Section& section) {
+  constexpr int n = 256;  // a side
+  const Bounds box = bounds(section);
+  const Vec3 step = (box.upper - box.lower) / n;
+  const double width = std::max(step[0], step[1]);
+  double sum = 0.0;
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j) {
+      const double d = signed_distance(section, box.lower[0] + (i + 0.5) * step[0], box.lower[1] + (j + 0.5) * step[1]);
+      sum += std::clamp(0.5 - d / width, 0.0, 1.0);
+    }
+  return sum * step[0] * step[1];
+}
+
 int lattice_width(int particles_per_cell) {
   int k = 1;
   while (k * k * k < particles_per_cell) ++k;
@@ -68,15 +83,32 @@ int lattice_width(int particles_per_cell) {
 
 double area(const Section& section) {
   if (const auto* disc = std::get_if<DiscSection>(&section)) return std::numbers::pi * disc->radius * disc->radius;
+  if (std::holds_alternative<ShapeSection>(section)) return area_by_points(section);
   const auto& rectangle = std::get<RectangleSection>(section);
   return rectangle.width * rectangle.height;
 }
 
 double signed_distance(const Section& section, double a, double b) {
   if (const auto* disc = std::get_if<DiscSection>(&section)) return std::hypot(a, b) - disc->radius;
+  if (const auto* shape = std::get_if<ShapeSection>(&section)) return signed_distance(shape->shape, Vec3(a, b, 0.0));
   const auto& rectangle = std::get<RectangleSection>(section);
   const double x = std::abs(a) - 0.5 * rectangle.width, y = std::abs(b) - 0.5 * rectangle.height;
   return std::min(std::max(x, y), 0.0) + std::hypot(std::max(x, 0.0), std::max(y, 0.0));
+}
+
+Bounds bounds(const Section& section) {
+  Vec3 half = Vec3::Zero();
+  if (const auto* shape = std::get_if<ShapeSection>(&section)) {
+    Bounds box = bounds(shape->shape);
+    box.lower[2] = box.upper[2] = 0.0;
+    return box;
+  }
+  if (const auto* disc = std::get_if<DiscSection>(&section))
+    half.head<2>().setConstant(disc->radius);
+  else
+    half.head<2>() =
+        0.5 * Eigen::Vector2d(std::get<RectangleSection>(section).width, std::get<RectangleSection>(section).height);
+  return {-half, half};
 }
 
 EnteredVolume::EnteredVolume(const Inflow& inflow, double end_time)
@@ -166,12 +198,13 @@ Feed::Feed(const GridGeometry& grid, const Inflow& inflow, GlobalIndex first_id,
   first_ = (side - side.dot(axis_) * axis_).normalized();
   second_ = axis_.cross(first_);
 
-  Vec3 sides;
-  if (const auto* disc = std::get_if<DiscSection>(&inflow.section))
-    sides = Vec3(2.0 * disc->radius, 2.0 * disc->radius, 0.0);
-  else
-    sides = Vec3(std::get<RectangleSection>(inflow.section).width, std::get<RectangleSection>(inflow.section).height, 0.0);
-  radius_ = std::holds_alternative<DiscSection>(inflow.section) ? 0.5 * sides[0] : 0.5 * sides.norm();
+  if (const auto* shape = std::get_if<ShapeSection>(&inflow.section))
+    check_shape(shape->shape, "has a section whose shape is wrong");
+  const Bounds box = bulkley::bounds(inflow.section);
+  const Vec3 sides = box.upper - box.lower, middle = box.center();
+  radius_ = std::holds_alternative<DiscSection>(inflow.section) ? 0.5 * sides[0]
+                                                                : box.lower.cwiseAbs().cwiseMax(box.upper.cwiseAbs()).norm();
+  if (!sides.allFinite()) throw UsageError("has a section without end: its shape must have finite bounds");
   const double narrowest = std::min(sides[0], sides[1]);
   if (narrowest < 4.0 * spacing * (1.0 - 1e-9))
     throw UsageError(fmt::format(
@@ -185,19 +218,35 @@ Feed::Feed(const GridGeometry& grid, const Inflow& inflow, GlobalIndex first_id,
   place_of_number_.assign(static_cast<std::size_t>(rows * columns), -1);
   for (GlobalIndex number = 0; number < static_cast<GlobalIndex>(place_of_number_.size()); ++number) {
     const auto n_columns = static_cast<GlobalIndex>(columns);
-    const double a = (static_cast<double>(number / n_columns) - 0.5 * (rows - 1.0)) * spacing;
-    const double b = (static_cast<double>(number % n_columns) - 0.5 * (columns - 1.0)) * spacing;
+    const double a = middle[0] + (static_cast<double>(number / n_columns) - 0.5 * (rows - 1.0)) * spacing;
+    const double b = middle[1] + (static_cast<double>(number % n_columns) - 0.5 * (columns - 1.0)) * spacing;
     if (signed_distance(inflow.section, a, b) > 0.0) continue;
     place_of_number_[static_cast<std::size_t>(number)] = static_cast<LocalIndex>(points_.size());
     points_.push_back({a * first_ + b * second_, number});
   }
-  particle_volume_ = area(inflow.section) * spacing / static_cast<double>(points_.size());
+  const double section_area = area(inflow.section), held = static_cast<double>(points_.size()) * spacing * spacing;
+  if (!(section_area > 0.0) || points_.empty())
+    throw UsageError("has an empty section: its shape does not reach the plane z = 0");
+  if (!(held > 0.5 * section_area && held < 2.0 * section_area))
+    throw UsageError(
+        fmt::format("has a section of {:.4g} m^2, of which its {} particles {:g} m apart fill {:.4g} m^2: too few to show "
+                    "its shape; make it "
+                    "larger, the cells of {:g} m smaller, or particles_per_cell greater than {}",
+                    section_area, points_.size(), spacing, held, dx, inflow.particles_per_cell));
+  particle_volume_ = section_area * spacing / static_cast<double>(points_.size());
 }
 
-NozzleState Feed::at(double time) const {
-  NozzleState state{inflow_.position.value_or(Vec3::Zero()), Vec3::Zero(), Vec3::Zero(), Mat3::Identity(), axis_, 0.0, 0.0};
+Vec3 Feed::middle() const {
+  if (signed_distance(inflow_.section, 0.0, 0.0) <= 0.0) return Vec3::Zero();
+  const auto nearer = [](const Point& a, const Point& b) { return a.offset.squaredNorm() < b.offset.squaredNorm(); };
+  return std::min_element(points_.begin(), points_.end(), nearer)->offset;
+}
+
+NozzleState Feed::at(double time, double stretch) const {
+  NozzleState state{
+      inflow_.position.value_or(Vec3::Zero()), Vec3::Zero(), Vec3::Zero(), Mat3::Identity(), axis_, 0.0, 0.0, stretch};
   state.path = path_per_volume_ * entered_.volume(time);
-  state.speed = path_per_volume_ * entered_.rate(time);
+  state.speed = stretch * (path_per_volume_ * entered_.rate(time));
   if (!inflow_.key_frames.empty()) {
     for (int a = 0; a < 3; ++a) {
       const Value value = value_at(inflow_.key_frames, time, a);

@@ -12,6 +12,7 @@
 
 #include "config/formula.hpp"
 #include "geometry/rigid_motion.hpp"
+#include "geometry/shape.hpp"
 #include "grid/grid_geometry.hpp"
 
 namespace bulkley {
@@ -23,11 +24,25 @@ struct DiscSection {
 struct RectangleSection {
   double width, height;  ///< m
 };
-using Section = std::variant<DiscSection, RectangleSection>;
+/// What the plane z = 0 cuts out of a shape, x along `side` of the inflow, y across both it and the direction.
+struct ShapeSection {
+  Shape shape;
+};
+using Section = std::variant<DiscSection, RectangleSection, ShapeSection>;
 
-double area(const Section& section);  ///< m^2
-/// Signed distance from the point (a, b) of the exit plane, m, to the section's edge, negative inside.
+/// m^2; of a shape by the distances of 256 points a side, right to about 1e-5.
+double area(const Section& section);
+/// Signed distance from the point (a, b) of the exit plane, m, to the section's edge, negative inside; of a shape the distance in
+/// space.
 double signed_distance(const Section& section, double a, double b);
+/// A rectangle around the section, m; z is 0. Of a shape that encloses nothing, lower > upper.
+Bounds bounds(const Section& section);
+
+/// A pressure, Pa, or that which the material has in front of the exit.
+struct FeedPressure {
+  double value = 0.0;
+  bool is_measured = false;
+};
 
 /// A number, or a formula of the time t in s where `text` is not empty.
 struct TimeFormula {
@@ -51,15 +66,16 @@ struct Inflow {
   Section section = DiscSection{0.0};
   std::optional<Vec3> position;          ///< m, of the exit's centre, at t = 0 where the inflow moves; none with key frames
   Vec3 direction{0.0, 0.0, -1.0};        ///< of the flow, any length
-  Vec3 side = Vec3::Zero();              ///< of a rectangle's width; zero: chosen
+  Vec3 side = Vec3::Zero();              ///< of a rectangle's width, or x of a shape; zero: chosen
   std::optional<TimeFormula> flow_rate;  ///< m^3/s
   std::optional<TimeFormula> speed;      ///< m/s
   std::vector<FeedFrame> key_frames;     ///< instead of position and rate, in the order of time; linear between
   std::string key_frames_file;           ///< CSV of key frames, by the root
   double start = 0.0;                    ///< s
   std::optional<double> end;             ///< s; none: it does not end
-  double pressure = 0.0;                 ///< Pa, at which the material enters
-  double volume_ratio = 1.0;             ///< J of the feed, from the pressure
+  FeedPressure pressure;                 ///< at which the material enters
+  double volume_ratio = 1.0;             ///< J of the feed, from the pressure; 1 where that is measured
+  double wave_speed = 0.0;               ///< m/s, of the material at rest; only where the pressure is measured
   int particles_per_cell = 8;
   std::optional<std::string> moves_with;  ///< name of the collider whose motion it shares
   RigidMotion motion{};                   ///< that of the collider
@@ -71,8 +87,10 @@ struct NozzleState {
   Vec3 position, velocity, spin;
   Mat3 rotation;
   Vec3 axis;     ///< unit, of the flow
-  double path;   ///< m, by which the feed has advanced since the start
-  double speed;  ///< m/s, d path / dt
+  double path;   ///< m, by which the feed has advanced since the start, at a stretch of 1
+  double speed;  ///< m/s, of the feed
+  double stretch =
+      1.0;  ///< J of a pressure that is measured: by so much layers are nearer to each other, and the feed slower
 };
 
 /// The volume that has entered, e(t): closed forms of numbers and key frames, panels of fixed length for formulas. Nothing depends
@@ -115,6 +133,8 @@ class Feed {
 
   const Inflow& inflow() const { return inflow_; }
   const std::vector<Point>& points() const { return points_; }
+  /// A place of the exit, m from its centre at t = 0: the centre, or the place of the nearest particle where a shape leaves that out.
+  Vec3 middle() const;
   double start() const { return entered_.start(); }
   double end() const { return entered_.end(); }
   double length() const { return length_; }                    ///< m, of the feed behind the exit
@@ -123,10 +143,10 @@ class Feed {
   double entered_volume(double time) const { return entered_.volume(time); }
   bool runs(double time) const { return time >= start() && time < end(); }
 
-  NozzleState at(double time) const;
+  NozzleState at(double time, double stretch = 1.0) const;
   /// Distance of layer k past the exit, m.
   double distance(const NozzleState& nozzle, GlobalIndex k) const {
-    return nozzle.path - (static_cast<double>(k) - 0.5) * layer_;
+    return nozzle.stretch * (nozzle.path - (static_cast<double>(k) - 0.5) * layer_);
   }
   /// Layers 1 to that have been born, or have passed the exit, by `time`.
   GlobalIndex n_born(double time) const;

@@ -42,20 +42,20 @@ std::string feed_fault(const Scene& scene, const std::vector<Feed>& feeds, std::
 }
 
 /// What is too near in front of the exit; empty when nothing is.
-std::string gap_fault(const Scene& scene, const NozzleState& nozzle, double time) {
+std::string gap_fault(const Scene& scene, const Feed& feed, double time) {
   const double dx = scene.grid.cell_size;
-  const Vec3 ahead = nozzle.position + (2.0 - 1e-9) * dx * nozzle.axis;
+  const NozzleState nozzle = feed.at(time);
+  const Vec3 exit = nozzle.position + nozzle.rotation * feed.middle(), ahead = exit + (2.0 - 1e-9) * dx * nozzle.axis;
   for (int axis = 0; axis < 3; ++axis) {
     const bool below = ahead[axis] < scene.grid.lower[axis];
     if (scene.grid.periodic[static_cast<std::size_t>(axis)] || (!below && ahead[axis] <= scene.grid.upper()[axis])) continue;
-    const double gap =
-        below ? nozzle.position[axis] - scene.grid.lower[axis] : scene.grid.upper()[axis] - nozzle.position[axis];
+    const double gap = below ? exit[axis] - scene.grid.lower[axis] : scene.grid.upper()[axis] - exit[axis];
     return fmt::format("has its exit {:.3g} m from a face of the domain; it must be at least 2 cells, {:g} m", gap,
                        2.0 * dx);
   }
   for (const Collider& collider : scene.colliders)
     for (const double cells : {0.5, 1.0, 1.5, 2.0 - 1e-9})
-      if (signed_distance(collider.shape, collider.motion.pose(time), nozzle.position + cells * dx * nozzle.axis) < 0.0)
+      if (signed_distance(collider.shape, collider.motion.pose(time), exit + cells * dx * nozzle.axis) < 0.0)
         return fmt::format("has collider '{}' in front of its exit; there must be at least 2 cells, {:g} m, between them",
                            collider.name, 2.0 * dx);
   return {};
@@ -95,7 +95,7 @@ void check_inflows(const Scene& scene) {
     for (int n = 0; n <= n_times && fault.empty(); ++n) {
       const double time = n == 0 ? feed.start() : feed.start() + (last - feed.start()) * n / n_times;
       fault = feed_fault(scene, feeds, f, time);
-      if (fault.empty()) fault = gap_fault(scene, feed.at(time), time);
+      if (fault.empty()) fault = gap_fault(scene, feed, time);
       if (!fault.empty() && time > 0.0) fault += fmt::format(" at t = {:g} s", time);
     }
     if (fault.empty()) continue;

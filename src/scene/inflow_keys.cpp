@@ -12,6 +12,7 @@
 #include "config/nearest.hpp"
 #include "particle/feed_frames.hpp"
 #include "scene/scene.hpp"
+#include "scene/shape_keys.hpp"
 
 namespace bulkley {
 namespace {
@@ -21,7 +22,8 @@ using config::Keys;
 using config::Value;
 
 const config::Choice<Section>& section_types() {
-  static const auto choice = config::Choice<Section>("type").add<DiscSection>("disc").add<RectangleSection>("rectangle");
+  static const auto choice =
+      config::Choice<Section>("type").add<DiscSection>("disc").add<RectangleSection>("rectangle").add<ShapeSection>("shape");
   return choice;
 }
 
@@ -73,7 +75,7 @@ void assign_material(const Value& table, const Scene& scene, Inflow& inflow, Fau
   inflow.material_index = static_cast<std::uint8_t>(index);
   const Material& material = scene.materials[index].material;
   inflow.density = std::visit([](const auto& law) { return law.density(); }, material);
-  if (inflow.pressure == 0.0) return;
+  if (inflow.pressure.value == 0.0 && !inflow.pressure.is_measured) return;
   const std::optional<VolumetricLaw> law = volumetric_law(material);
   if (!law) {
     faults.add(table.find("pressure")->place,
@@ -81,14 +83,19 @@ void assign_material(const Value& table, const Scene& scene, Inflow& inflow, Fau
                            inflow.material));
     return;
   }
-  double low = 0.01, high = 1.0;  // the pressure falls with J
-  if (!(-law->stress(low) > inflow.pressure)) {
-    faults.add(table.find("pressure")->place,
-               fmt::format("'{}.pressure' is {:g}, which squeezes '{}' to less than a hundredth of its volume", table.path,
-                           inflow.pressure, inflow.material));
+  if (inflow.pressure.is_measured) {
+    inflow.wave_speed =
+        std::visit([](const auto& l) { return std::sqrt(l.wave_speed_squared(state_at_rest(l))); }, material);
     return;
   }
-  for (int n = 0; n < 200; ++n) (-law->stress(0.5 * (low + high)) > inflow.pressure ? low : high) = 0.5 * (low + high);
+  double low = 0.01, high = 1.0;  // the pressure falls with J
+  if (!(-law->stress(low) > inflow.pressure.value)) {
+    faults.add(table.find("pressure")->place,
+               fmt::format("'{}.pressure' is {:g}, which squeezes '{}' to less than a hundredth of its volume", table.path,
+                           inflow.pressure.value, inflow.material));
+    return;
+  }
+  for (int n = 0; n < 200; ++n) (-law->stress(0.5 * (low + high)) > inflow.pressure.value ? low : high) = 0.5 * (low + high);
   inflow.volume_ratio = 0.5 * (low + high);
 }
 
@@ -104,6 +111,14 @@ const Keys<RectangleSection>& keys(config::Of<RectangleSection>) {
   static const auto table = Keys<RectangleSection>("A rectangle about the axis.", {0.0, 0.0})
                                 .key("width", &RectangleSection::width, length_rule("Length along `side`."))
                                 .key("height", &RectangleSection::height, length_rule("Length across `side`."));
+  return table;
+}
+
+const Keys<ShapeSection>& keys(config::Of<ShapeSection>) {
+  static const auto table =
+      Keys<ShapeSection>(
+          "What the plane z = 0 cuts out of a shape: x along `side`, y across both it and `direction`, the axis at 0.", {})
+          .key("shape", &ShapeSection::shape, {.about = "The shape, with finite bounds.", .required = true});
   return table;
 }
 
@@ -124,7 +139,8 @@ const Keys<Inflow>& keys(config::Of<Inflow>) {
           .key("direction", &Inflow::direction,
                {.about = "Direction of the flow; the length does not matter but may not be 0."})
           .key("side", &Inflow::side,
-               {.about = "Direction of a rectangle's width, as far as it is across `direction`.", .default_text = "x, or y"})
+               {.about = "Direction of a rectangle's width, or of a shape's x, as far as it is across `direction`.",
+                .default_text = "x, or y"})
           .key("flow_rate", &Inflow::flow_rate,
                {.about = "Volume that enters in a second.",
                 .unit = "m^3/s",
@@ -144,7 +160,7 @@ const Keys<Inflow>& keys(config::Of<Inflow>) {
           .key("start", &Inflow::start, {.about = "When it begins.", .unit = "s", .range = config::at_least(0.0)})
           .key("end", &Inflow::end, {.about = "When it ends.", .unit = "s", .default_text = "never"})
           .key("pressure", &Inflow::pressure,
-               {.about = "Pressure at which the material enters; 0: free of stress.",
+               {.about = "Pressure at which the material enters; 0: free of stress; measured: that in front of the exit.",
                 .unit = "Pa",
                 .range = config::at_least(0.0)})
           .key("particles_per_cell", &Inflow::particles_per_cell,
@@ -158,8 +174,6 @@ const Keys<Inflow>& keys(config::Of<Inflow>) {
 void join_inflows(const Value& root, Scene& scene, Faults& faults) {
   const Value* list = root.find("inflows");
   if (!list) return;
-  if (scene.time_stepping.integrator == IntegratorKind::imex && !scene.inflows.empty())
-    faults.add(list->items[0].place, "[[inflows]] need 'time.integrator' = \"explicit\"");
   std::vector<std::string> names, columns;
   for (const Collider& collider : scene.colliders) names.push_back(collider.name);
   for (const Collider& collider : scene.colliders) columns.push_back(column_prefix(collider.name));
@@ -200,6 +214,20 @@ bool Codec<TimeFormula>::read(const Value& value, const Rule& rule, TimeFormula&
 
 Value Codec<TimeFormula>::write(const TimeFormula& formula) {
   return formula.text.empty() ? make_number(formula.number) : make_text(formula.text);
+}
+
+bool Codec<FeedPressure>::read(const Value& value, const Rule& rule, FeedPressure& out, Faults& faults) {
+  out = {};
+  if (value.kind != Kind::text) return read_number(value, rule, out.value, faults);
+  out.is_measured = value.text == "measured";
+  if (!out.is_measured)
+    faults.add(value.place,
+               fmt::format("'{}' is \"{}\"; it must be a number of Pa or \"measured\"", value.path, value.text));
+  return out.is_measured;
+}
+
+Value Codec<FeedPressure>::write(const FeedPressure& pressure) {
+  return pressure.is_measured ? make_text("measured") : make_number(pressure.value);
 }
 
 bool Codec<Section>::read(const Value& value, const Rule&, Section& out, Faults& faults) {

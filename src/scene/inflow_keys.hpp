@@ -10,6 +10,7 @@ struct Scene;
 
 const config::Keys<DiscSection>& keys(config::Of<DiscSection>);
 const config::Keys<RectangleSection>& keys(config::Of<RectangleSection>);
+const config::Keys<ShapeSection>& keys(config::Of<ShapeSection>);
 /// Leaves material_index, density, volume_ratio and motion to join_inflows.
 const config::Keys<Inflow>& keys(config::Of<Inflow>);
 
@@ -25,6 +26,15 @@ struct Codec<TimeFormula> : PlainCodec {
   static std::string allowed(const Rule& rule) { return allowed_numbers(rule) + "; formula of t"; }
   static bool read(const Value& value, const Rule& rule, TimeFormula& out, Faults& faults);
   static Value write(const TimeFormula& formula);
+};
+
+/// A number, or "measured".
+template <>
+struct Codec<FeedPressure> : PlainCodec {
+  static std::string type(const Rule&) { return "number or \"measured\""; }
+  static std::string allowed(const Rule& rule) { return allowed_numbers(rule) + "; \"measured\""; }
+  static bool read(const Value& value, const Rule& rule, FeedPressure& out, Faults& faults);
+  static Value write(const FeedPressure& pressure);
 };
 
 template <>

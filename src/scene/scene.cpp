@@ -186,6 +186,7 @@ void resolve_mesh_files(const std::string& scene_file, Scene& scene) {
   for (Collider& collider : scene.colliders) collider.shape = with_meshes(collider.shape, resolved);
   for (RigidBody& body : scene.rigid_bodies) body.shape = with_meshes(body.shape, resolved);
   for (Inflow& inflow : scene.inflows) {
+    if (auto* section = std::get_if<ShapeSection>(&inflow.section)) section->shape = with_meshes(section->shape, resolved);
     if (inflow.key_frames_file.empty()) continue;
     const std::filesystem::path folder = std::filesystem::path(scene_file).parent_path();
     inflow.key_frames_file = std::filesystem::absolute(folder / inflow.key_frames_file).lexically_normal().string();

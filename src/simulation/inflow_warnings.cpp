@@ -15,9 +15,8 @@ namespace {
 constexpr int n_looks = 1000;  // times at which a nozzle that moves is looked at
 
 double narrowest_side(const Section& section) {
-  if (const auto* disc = std::get_if<DiscSection>(&section)) return 2.0 * disc->radius;
-  const auto& rectangle = std::get<RectangleSection>(section);
-  return std::min(rectangle.width, rectangle.height);
+  const Bounds box = bounds(section);
+  return (box.upper - box.lower).head<2>().minCoeff();
 }
 
 bool is_wall(const Scene& scene, const Vec3& x, double time) {
@@ -33,9 +32,11 @@ bool is_wall(const Scene& scene, const Vec3& x, double time) {
 }
 
 /// Cells from the exit to a wall in front of it, if that is too near.
-std::optional<double> near_wall(const Scene& scene, const NozzleState& nozzle, double time) {
+std::optional<double> near_wall(const Scene& scene, const Feed& feed, double time) {
+  const NozzleState nozzle = feed.at(time);
+  const Vec3 exit = nozzle.position + nozzle.rotation * feed.middle();
   const auto is_wall_at = [&](double cells) {
-    return is_wall(scene, nozzle.position + cells * scene.grid.cell_size * nozzle.axis, time);
+    return is_wall(scene, exit + cells * scene.grid.cell_size * nozzle.axis, time);
   };
   double far = 0.25;
   while (far < nearest_feed_wall - 1e-9 && !is_wall_at(far)) far += 0.25;
@@ -64,7 +65,7 @@ std::vector<std::string> inflow_warnings(const Scene& scene, const std::vector<F
       const double time = feed.start() + (last - feed.start()) * n / n_looks;
       const NozzleState nozzle = feed.at(time);
       const std::string when = time > 0.0 ? fmt::format(" at t = {:.3g} s", time) : std::string();
-      if (const auto gap = warned_of_wall ? std::nullopt : near_wall(scene, nozzle, time)) {
+      if (const auto gap = warned_of_wall ? std::nullopt : near_wall(scene, feed, time)) {
         warned_of_wall = true;
         warnings.push_back(
             fmt::format("inflow '{}' has a wall {:.2g} cells in front of its exit{}; with fewer than {:g} the "

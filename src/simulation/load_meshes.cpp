@@ -115,6 +115,8 @@ void load_meshes(const Comm& comm, Scene& scene, MeshesOf which) {
     collider.shape = with_meshes(collider.shape, fill);
     settle_center(collider);
   }
+  for (Inflow& inflow : scene.inflows)
+    if (auto* section = std::get_if<ShapeSection>(&inflow.section)) section->shape = with_meshes(section->shape, fill);
   settle_motions(scene);
   for (Inflow& inflow : scene.inflows)
     if (!inflow.key_frames_file.empty()) inflow.key_frames = read_key_frames(comm, inflow);

@@ -130,7 +130,8 @@ std::vector<std::string> history_columns(const Scene& scene) {
   }
   for (const Inflow& inflow : scene.inflows) {
     const std::string prefix = column_prefix(inflow.name);
-    for (const char* what : {"entered [kg]", "entered_by_particles [kg]", "entered_particles", "feed_particles"})
+    for (const char* what : {"entered [kg]", "entered_by_particles [kg]", "entered_particles", "feed_particles",
+                             "pushed_back_particles", "pressure [Pa]"})
       columns.push_back(fmt::format("{}.{}", prefix, what));
     add_vector(prefix, "force", "[N]");
     add_vector(prefix, "torque", "[N m]");
@@ -220,7 +221,9 @@ std::vector<HistoryValue> history_row(const Scene& scene, const SimulationState&
   }
   for (std::size_t i = 0; i < n_inflows; ++i) {
     for (const double value : {measured.fed[i].mass, measured.fed[i].particle_mass}) row.emplace_back(value);
-    for (const GlobalIndex n : {measured.fed[i].n_entered, measured.fed[i].n_in_feed}) row.emplace_back(n);
+    for (const GlobalIndex n : {measured.fed[i].n_entered, measured.fed[i].n_in_feed, measured.fed[i].n_pushed_back})
+      row.emplace_back(n);
+    row.emplace_back(measured.fed[i].pressure);
     add(per_second * contact.impulses.impulse(n_colliders + i));
     add(per_second * contact.impulses.angular_impulse(n_colliders + i));
     add(per_second * contact.impulses.impulse(first_gauge + 2 * n_gauges + i));
@@ -231,14 +234,19 @@ std::vector<HistoryValue> history_row(const Scene& scene, const SimulationState&
   return row;
 }
 
-std::vector<FedFigures> fed_figures(const std::vector<Feed>& feeds, double time) {
+std::vector<FedFigures> fed_figures(const Scene& scene, const Solver& solver, double time) {
   std::vector<FedFigures> figures;
-  for (const Feed& feed : feeds) {
+  const std::vector<GlobalIndex> pushed_back = solver.pushed_back();
+  for (std::size_t f = 0; f < pushed_back.size(); ++f) {
+    const Feed& feed = solver.physics().feeds[f];
+    const Inflow& inflow = feed.inflow();
+    const auto law = volumetric_law(scene.materials[inflow.material_index].material);
     const auto n_points = static_cast<GlobalIndex>(feed.points().size());
     const GlobalIndex n_entered = n_points * feed.n_released(time);
     figures.push_back({feed.inflow().density * feed.entered_volume(time),
                        feed.inflow().density * feed.particle_volume() * static_cast<double>(n_entered), n_entered,
-                       n_points * feed.n_born(time) - n_entered});
+                       n_points * feed.n_born(time) - n_entered, pushed_back[f],
+                       law ? 0.0 - law->stress(inflow.volume_ratio * solver.feed_stretches()[f]) : 0.0});
   }
   return figures;
 }

@@ -34,6 +34,8 @@ struct FedFigures {
   double mass;                       ///< kg, density times the volume that has entered
   double particle_mass;              ///< kg, of the particles that have passed the exit: the same within half a layer
   GlobalIndex n_entered, n_in_feed;  ///< particles past the exit, and still behind it
+  GlobalIndex n_pushed_back;         ///< how often one that came back into the feed was put back to the exit
+  double pressure;                   ///< Pa, at which material enters
 };
 
 /// In addition to Diagnostics.
@@ -46,8 +48,8 @@ struct Measurements {
   std::vector<FedFigures> fed;              ///< by each inflow
 };
 
-/// Of each feed at a time, s. Not collective.
-std::vector<FedFigures> fed_figures(const std::vector<Feed>& feeds, double time);
+/// Of each feed of the solver at a time, s. Collective.
+std::vector<FedFigures> fed_figures(const Scene& scene, const Solver& solver, double time);
 
 /// Means over the steps that `totals` counts. Not collective.
 PressureFigures pressure_figures(const PressureTotals& totals);

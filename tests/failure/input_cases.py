@@ -70,6 +70,10 @@ def inflow(more, position="[0.08, 0.08, 0.12]", radius=0.02, place="position"):
             f'section = {{ type = "disc", radius = {radius} }}\n{place} = {position}\n{more}')
 
 
+def shaped(shape):
+    return inflow("speed = 1").replace('{ type = "disc", radius = 0.02 }', f'{{ type = "shape", shape = {shape} }}')
+
+
 def inflow_value(name, text, sentence):
     return value("inflow_" + name, "at_end = true", text, PLACE + sentence)
 
@@ -228,8 +232,18 @@ INPUT_CASES = [
                    "has a wall 3 cells in front of its exit; with fewer than 4"),
     inflow_warning("drawn", inflow("", "[[0, 0.05, 0.08, 0.12, 0], [0.01, 0.08, 0.08, 0.12, 1.25663706e-6]]", place="key_frames"),
                    "moves 30 times as fast as the material in its exit: from 2 on"),
-    Case("value_inflow_with_imex", USAGE, PLACE + r"\[\[inflows\]\] need 'time\.integrator' = \"explicit\"",
-         replace={"at_end = true": inflow("speed = 1"), "end = 0.01": 'end = 0.01\nintegrator = "imex"'}, arguments=CHECK, ranks=(1,)),
+    inflow_value("of_no_section", shaped('{ type = "sphere", center = [0, 0, 0.03], radius = 0.02 }'),
+                 "inflow 'nozzle' has an empty section: its shape does not reach the plane z = 0"),
+    inflow_value("of_an_endless_shape", shaped('{ type = "plane", point = [0, 0, 0], normal = [0, 0, 1] }'),
+                 "inflow 'nozzle' has a section without end: its shape must have finite bounds"),
+    inflow_value("of_a_thin_ring", shaped('{ type = "difference", parts = [{ type = "sphere", center = [0, 0, 0], radius = 0.03 }, '
+                                          '{ type = "sphere", center = [0, 0, 0], radius = 0.0296 }] }'),
+                 r"inflow 'nozzle' has a section of .* m\^2, of which its \d+ particles 0\.005 m apart fill .*: too few to show its shape"),
+    inflow_value("at_no_pressure", inflow('speed = 1\npressure = "guessed"'),
+                 r"'inflows\.0\.pressure' is \"guessed\"; it must be a number of Pa or \"measured\""),
+    inflow_value("measured_in_sand", inflow('speed = 1\npressure = "measured"').replace('"fluid"', '"grit"')
+                 + '\n[materials.grit]\nlaw = "sand"\ndensity = 1600\nyoungs_modulus = 1e6\npoisson_ratio = 0.3\nfriction_angle = 30\n',
+                 r"'inflows\.0\.pressure' needs a law that keeps the pressure apart, and that of 'grit' does not"),
     Case("value_inflow_frames_of_words", USAGE, "key_frames_file '.*head.csv' line 2 is not five numbers t, x, y, z, e",
          replace={"at_end = true": inflow("", '"head.csv"', place="key_frames_file")}, arguments=CHECK, ranks=(1,),
          prepare=lambda folder, program, scene: (folder / "head.csv").write_text("t,x,y,z,e\n0,1,2\n")),

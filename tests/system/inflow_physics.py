@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""Inflows against closed forms: a jet keeps its velocity and density at any time step, place in the cells and direction; a closed box
+"""Inflows against closed forms, explicit and with an implicit pressure: a jet keeps its velocity and density at any time step, place in the cells and direction; a closed box
 that is fed has the pressure of what has entered, also through a tube; a head that moves along a circle lays a bead of the same mass on every
 arc, that of the flow; a jet that falls becomes thinner as its speed grows."""
 
+import csv
 import math
 import pathlib
 import sys
@@ -20,6 +21,7 @@ law = "newtonian"
 density = {DENSITY}
 bulk_modulus = {STIFFNESS}
 """
+IMEX = 'integrator = "imex"'
 SLIP = "\n".join(f'{axis}_{side} = "slip"' for axis in "xyz" for side in ("lower", "upper"))
 
 
@@ -40,7 +42,7 @@ def expect_close(value, expected, tolerance, what):
         fail(f"{what}: {value:.6g} instead of {expected:.6g}")
 
 
-def check_jet(program, work, name, direction, offset, elastic_cfl):
+def check_jet(program, work, name, direction, offset, elastic_cfl, more="", stiffness=STIFFNESS):
     speed, exit_place = 0.5, numpy.array([0.06, 0.06, 0.19]) + offset * CELL
     axis = numpy.array(direction) / numpy.linalg.norm(direction)
     jet = particles_of(program, work, name, f"""gravity = [0.0, 0.0, 0.0]
@@ -51,7 +53,8 @@ cell_size = {CELL}
 [time]
 end = 0.2
 elastic_cfl = {elastic_cfl}
-{FLUID}viscosity = 1
+{more}
+{FLUID.replace(str(STIFFNESS), str(stiffness))}viscosity = 1
 [[inflows]]
 name = "jet"
 material = "fluid"
@@ -70,7 +73,7 @@ speed = {speed}
         fail(f"{name}: {entered} kg have entered")
 
 
-def check_box(program, work, name, section, area, speed, plate, tolerance):
+def check_box(program, work, name, section, area, speed, plate, tolerance, more=""):
     """A bath of 0.1 m on a floor that feeds it; the speed rises for 0.02 s."""
     bath = particles_of(program, work, name, f"""gravity = [0.0, 0.0, 0.0]
 [domain]
@@ -79,6 +82,7 @@ upper = [0.08, 0.08, 0.14]
 cell_size = {CELL}
 [time]
 end = 0.1
+{more}
 {FLUID}viscosity = 5
 [[bodies]]
 name = "bath"
@@ -101,6 +105,74 @@ speed = "{speed} * min(1, t / 0.02)"
     pressure = -0.5 * STIFFNESS * (ratio - 1.0 / ratio)
     fraction = area * speed * 0.09 / (0.08 * 0.08 * 0.1)
     expect_close((volume * pressure).sum() / volume.sum(), STIFFNESS * fraction, tolerance, f"{name}: mean pressure")
+
+
+def check_jolt(program, work, name, pressure, tolerance, more=""):
+    """A bath that a piston squeezes by 4 %, against the pressure of what has entered: how even its density is, also at the exit."""
+    exit_place, top, speed = 0.04, 0.14, 0.05
+    bath = particles_of(program, work, name, f"""gravity = [0.0, 0.0, 0.0]
+[domain]
+lower = [0.0, 0.0, 0.0]
+upper = [0.06, 0.06, {top}]
+cell_size = {CELL}
+[time]
+end = 0.09
+{more}
+{FLUID}viscosity = 5
+[[bodies]]
+name = "bath"
+material = "fluid"
+shape = {{ type = "box", lower = [0, 0, {exit_place}], upper = [0.06, 0.06, {top}] }}
+[[inflows]]
+name = "floor"
+material = "fluid"
+section = {{ type = "rectangle", width = 0.06, height = 0.06 }}
+position = [0.03, 0.03, {exit_place}]
+direction = [0, 0, 1]
+speed = "{speed} * min(1, t / 0.02)"
+pressure = {pressure}
+[boundaries]
+{SLIP}
+""")
+    ratio = bath["volume_ratio"][bath["position"][:, 2] > exit_place]
+    off = numpy.abs(ratio / ratio.mean() - 1.0).max()
+    print(f"{name}: J = {ratio.mean():.4f}, off by {off:.2e}", flush=True)
+    if not off <= tolerance:
+        fail(f"{name}: the density is off by {off}")
+    return off
+
+
+def check_pushed_back(program, work):
+    """A nozzle that begins within a block: what is in the way of its feed is put to the exit, 12 x 8 x 4 particles to begin with."""
+    block = particles_of(program, work, "pushed_back", f"""gravity = [0.0, 0.0, 0.0]
+[domain]
+lower = [0.0, 0.0, 0.0]
+upper = [0.1, 0.1, 0.16]
+cell_size = {CELL}
+[time]
+end = 0.003
+{FLUID}viscosity = 0.1
+[[bodies]]
+name = "block"
+material = "fluid"
+shape = {{ type = "box", lower = [0.01, 0.01, 0.02], upper = [0.09, 0.09, 0.05] }}
+[[inflows]]
+name = "nozzle"
+material = "fluid"
+section = {{ type = "shape", shape = {{ type = "box", lower = [-0.03, -0.02, -1], upper = [0.03, 0.02, 1] }} }}
+position = [0.05, 0.05, 0.06]
+direction = [0, 0, 1]
+speed = 0
+start = 0.002
+""")
+    with open(work / "pushed_back" / "history.csv", encoding="utf-8") as table:
+        last = list(csv.DictReader(table))[-1]
+    n, own = int(last["nozzle.pushed_back_particles"]), int(last["nozzle.feed_particles"])
+    place = numpy.abs(block["position"] - [0.05, 0.05, 0.045])
+    inside = (place < [0.03, 0.02, 0.015 - 1e-9]).all(axis=1).sum()
+    print(f"pushed back: {n} times; {inside} particles in the feed, {own} of its own", flush=True)
+    if not (n >= 12 * 8 * 4 and inside == own == 12 * 8 * 6):
+        fail("particles that are in the way of a feed are not put back and counted")
 
 
 def check_fall(program, work):
@@ -176,11 +248,22 @@ def main():
     for d, direction in enumerate(([0.0, 0.0, -1.0], [0.3, 0.2, -1.0])):
         for offset, elastic_cfl in ((0.0, 0.5), (0.25, 0.1), (0.5, 0.3), (0.7, 0.5)):
             check_jet(program, work, f"jet_{d}_{offset}", direction, offset, elastic_cfl)
-    check_box(program, work, "piston", '{ type = "rectangle", width = 0.08, height = 0.08 }', 0.08 * 0.08, 0.01, "", 0.01)
+        check_jet(program, work, f"jet_{d}_imex", direction, 0.7, 0.5, IMEX, 2e9)
+    floor = '{ type = "rectangle", width = 0.08, height = 0.08 }'
+    check_box(program, work, "piston", floor, 0.08 * 0.08, 0.01, "", 0.01)
+    check_box(program, work, "piston_imex", floor, 0.08 * 0.08, 0.01, "", 0.01, IMEX)
     plate = ('[[colliders]]\nname = "plate"\nshape = { type = "difference", parts = [{ type = "box", lower = [0, 0, 0], upper = '
              '[0.08, 0.08, 0.04] }, { type = "cylinder", start = [0.04, 0.04, -0.01], end = [0.04, 0.04, 0.05], radius = 0.02 }] }')
     # The tube is two cells in radius: nodes that move by shares give a flow larger by 1/48 (docs/theory.md, "Inflow").
-    check_box(program, work, "tube", '{ type = "disc", radius = 0.02 }', math.pi * 0.02**2, 0.1, plate, 0.03)
+    area = math.pi * 0.02**2 * (1.0 + 1.0 / 48.0)
+    for name, more in (("tube", ""), ("tube_imex", IMEX)):
+        check_box(program, work, name, '{ type = "disc", radius = 0.02 }', area, 0.1, plate, 0.01, more)
+    stress_free = check_jolt(program, work, "stress_free", 0.0, 1.0)
+    for name, more in (("measured", ""), ("measured_imex", IMEX)):
+        off = check_jolt(program, work, name, '"measured"', 0.01, more)
+        if not off < 0.3 * stress_free:
+            fail("a pressure that is measured does not calm the flow")
+    check_pushed_back(program, work)
     check_fall(program, work)
     check_circle(program, work)
 

@@ -35,7 +35,7 @@ void HistoryOutput::write(Run& run) {
                               gauge_areas_,
                               run.solver->force_history(),
                               bodies ? bodies->history() : std::vector<std::vector<double>>{},
-                              fed_figures(run.solver->physics().feeds, state.time)};
+                              fed_figures(run.scene, *run.solver, state.time)};
   history_.write(run.comm, history_row(run.scene, state, step, diagnostics, energies, contact, measured, run.halo_traffic(),
                                        run.comm.size(), seconds_per_step));
   run.solver->set_contact_impulses(no_contact_impulses(run.solver->physics()));

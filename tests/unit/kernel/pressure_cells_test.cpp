@@ -298,8 +298,8 @@ struct Step {
       trial.push_back(J[p]);
     }
   }
-  void update(double relaxation, bool parted = false) {
-    update_volumes(laws(), {relaxation, before.data()}, members, -123.5, parted, set);
+  void update(double relaxation, bool parted = false, const char* carried = nullptr) {
+    update_volumes(laws(), {relaxation, before.data(), carried}, members, -123.5, parted, set);
   }
   double J(LocalIndex p) const { return set.real(Field::volume_ratio)[p]; }
   double V(LocalIndex p) const { return set.real(Field::reference_volume)[p]; }
@@ -325,6 +325,37 @@ TEST(UpdateVolumes, CellGrowsByTheGrowthOfItsParticles) {
       EXPECT_NEAR(sum, expected, 1e-14 * expected);
       for (LocalIndex p = 0; p < step.set.size(); ++p) EXPECT_EQ(step.set.real(Field::cell_mean_stress)[p], -123.5);
     }
+}
+
+// Those that an inflow carries: their J stays, and the others take up what the whole cell grows by; nothing relaxes towards them.
+TEST(UpdateVolumes, KeepsTheVolumesOfWhatIsCarried) {
+  for (const double relaxation : {0.0, 0.1}) {
+    Step step({0, 2});
+    std::vector<char> carried(step.members.size(), 0);
+    for (std::size_t p = 0; p < 5; ++p) carried[p] = 1;
+    double dilation = 0.0, kept = 0.0;
+    for (const LocalIndex p : step.members) dilation += step.V(p) * step.growth(p);
+    step.update(relaxation, false, carried.data());
+    for (const LocalIndex p : step.members) {
+      const auto i = static_cast<std::size_t>(p);
+      if (carried[i])
+        EXPECT_EQ(step.J(p), step.before[i]);
+      else
+        kept += step.V(p) * step.growth(p);
+    }
+    EXPECT_NEAR(kept, dilation, 1e-14 * std::abs(dilation) + 1e-18);
+    if (relaxation > 0.0) continue;
+    const LocalIndex first = step.members[5];
+    for (const LocalIndex p : step.members)
+      if (!carried[static_cast<std::size_t>(p)])
+        EXPECT_NEAR(step.growth(p) * step.slope(p), step.growth(first) * step.slope(first), 1e-9 * step.slope(p));
+  }
+  for (const bool parted : {false, true}) {  // all are carried
+    Step step({0, 2});
+    const std::vector<char> carried(step.members.size(), 1);
+    step.update(0.1, parted, carried.data());
+    for (const LocalIndex p : step.members) EXPECT_EQ(step.J(p), step.before[static_cast<std::size_t>(p)]);
+  }
 }
 
 // The stress of every particle grows by the same: J by that over its slope.

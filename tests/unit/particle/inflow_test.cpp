@@ -102,6 +102,56 @@ TEST(Feed, RefusesSectionsOfFewParticles) {
   EXPECT_EQ(Feed(grid(), inflow, 0, 1.0).points().size(), 32u);
 }
 
+Shape solid(auto kind) { return Shape{std::move(kind)}; }
+
+TEST(Section, OfAShapeIsWhatItsPlaneCuts) {
+  const ShapeSection cut{solid(Sphere{Vec3(0.01, 0.0, 0.03), 0.05})};  // a disc of 0.04 m
+  EXPECT_NEAR(area(cut) / area(DiscSection{0.04}), 1.0, 3e-5);
+  EXPECT_LT(signed_distance(cut, 0.0499, 0.0), 0.0);
+  EXPECT_GT(signed_distance(cut, 0.0501, 0.0), 0.0);
+  const ShapeSection ring{solid(Difference{
+      {solid(Cylinder{Vec3(0, 0, -1), Vec3(0, 0, 1), 0.04}), solid(Cylinder{Vec3(0, 0, -2), Vec3(0, 0, 2), 0.02})}})};
+  EXPECT_NEAR(area(ring) / (area(DiscSection{0.04}) - area(DiscSection{0.02})), 1.0, 3e-5);
+  const Bounds box = bounds(Section(cut));
+  EXPECT_EQ(box.lower, Vec3(-0.04, -0.05, 0.0));
+  EXPECT_EQ(box.upper, Vec3(0.06, 0.05, 0.0));
+}
+
+TEST(Feed, FillsTheSectionOfAShape) {
+  Inflow inflow = jet();
+  inflow.section = ShapeSection{solid(Difference{
+      {solid(Box{Vec3(-0.02, -0.03, -1), Vec3(0.04, 0.03, 1)}), solid(Box{Vec3(0.0, -0.01, -2), Vec3(0.02, 0.01, 2)})}})};
+  const Feed feed(grid(), inflow, 0, 1.0);
+  EXPECT_EQ(feed.points().size(), 12u * 12u - 4u * 4u);
+  EXPECT_NEAR(feed.particle_volume(), 0.005 * 0.005 * 0.005, 1e-5 * 1.25e-7);
+  const NozzleState nozzle = feed.at(0.0);
+  for (const Feed::Point& point : feed.points()) {
+    EXPECT_LT(feed.distance_to_edge(nozzle, nozzle.position + point.offset), 0.0);
+    EXPECT_EQ(&feed.point_of(feed.id_of(5, point)), &point);
+    const Bounds box = feed.bounds(nozzle, 0.0, -feed.length());
+    const Vec3 x = feed.position(nozzle, 4, point);
+    EXPECT_TRUE((x.array() >= box.lower.array()).all() && (x.array() <= box.upper.array()).all());
+  }
+}
+
+TEST(Feed, RefusesShapesWithoutASection) {
+  Inflow inflow = jet();
+  const Shape far = solid(Sphere{Vec3(0, 0, 0.06), 0.05}), endless = solid(Plane{Vec3::Zero(), Vec3::UnitX()});
+  const Shape sheet = solid(Difference{
+      {solid(Cylinder{Vec3(0, 0, -1), Vec3(0, 0, 1), 0.04}), solid(Cylinder{Vec3(0, 0, -2), Vec3(0, 0, 2), 0.0395})}});
+  for (const Shape& shape : {far, endless, sheet}) {
+    inflow.section = ShapeSection{shape};
+    EXPECT_THROW(Feed(grid(), inflow, 0, 1.0), UsageError);
+  }
+}
+
+TEST(Feed, IsStretchedAboutItsExit) {
+  const Feed feed(grid(), jet(), 0, 1.0);
+  const NozzleState plain = feed.at(0.1), stretched = feed.at(0.1, 0.9);
+  for (const GlobalIndex k : {1, 10, 13}) EXPECT_DOUBLE_EQ(feed.distance(stretched, k), 0.9 * feed.distance(plain, k));
+  EXPECT_DOUBLE_EQ(stretched.speed, 0.9 * plain.speed);
+}
+
 TEST(Feed, FollowsKeyFrames) {
   Inflow inflow = jet();
   inflow.position.reset();

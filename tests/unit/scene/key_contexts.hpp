@@ -111,6 +111,10 @@ inline std::vector<std::pair<std::string, std::string>> setting(const std::strin
       {"Sections, type = \"disc\"", inflow("{ type = \"disc\", radius = 0.02 }", "inflows.0.section")},
       {"Sections, type = \"rectangle\"",
        inflow("{ type = \"rectangle\", width = 0.02, height = 0.02 }", "inflows.0.section")},
+      {"Sections, type = \"shape\"",
+       inflow("{ type = \"shape\", shape = { type = \"box\", lower = [-0.02, -0.02, -0.02], upper = "
+              "[0.02, 0.02, 0.02] } }",
+              "inflows.0.section")},
       {"Shapes, type = \"box\"", {shape("{ type = \"box\", lower = [0.02, 0.02, 0.02], upper = [0.12, 0.12, 0.12] }")}},
       {"Shapes, type = \"sphere\"", {shape(ball)}},
       {"Shapes, type = \"cylinder\"",
