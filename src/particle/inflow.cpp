@@ -225,7 +225,7 @@ Feed::Feed(const GridGeometry& grid, const Inflow& inflow, GlobalIndex first_id,
     points_.push_back({a * first_ + b * second_, number});
   }
   const double section_area = area(inflow.section), held = static_cast<double>(points_.size()) * spacing * spacing;
-  if (!(section_area > 0.0) || points_.empty())
+  if (!(section_area > 0.0))
     throw UsageError("has an empty section: its shape does not reach the plane z = 0");
   if (!(held > 0.5 * section_area && held < 2.0 * section_area))
     throw UsageError(
