@@ -142,6 +142,39 @@ pressure = {pressure}
     return off
 
 
+def check_rise(program, work):
+    """A heavy bath with its true modulus, open above and fed from below, rises as a block: speed and density as of a jet."""
+    speed, exit_place = 0.1, 0.04
+    bath = particles_of(program, work, "rise", f"""gravity = [0.0, 0.0, -9.81]
+[domain]
+lower = [0.0, 0.0, 0.0]
+upper = [0.06, 0.06, 0.14]
+cell_size = {CELL}
+[time]
+end = 0.1
+{IMEX}
+{FLUID.replace(str(STIFFNESS), "2e9")}viscosity = 5
+[[bodies]]
+name = "bath"
+material = "fluid"
+shape = {{ type = "box", lower = [0, 0, {exit_place}], upper = [0.06, 0.06, 0.1] }}
+[[inflows]]
+name = "floor"
+material = "fluid"
+section = {{ type = "rectangle", width = 0.06, height = 0.06 }}
+position = [0.03, 0.03, {exit_place}]
+direction = [0, 0, 1]
+speed = "{speed} * min(1, t / 0.02)"
+[boundaries]
+{SLIP}
+""")
+    free = bath["position"][:, 2] > exit_place
+    off = max(numpy.abs(bath["velocity"][free] - [0.0, 0.0, speed]).max() / speed, numpy.abs(bath["volume_ratio"] - 1.0).max())
+    print(f"rise: velocity and density off by {off:.2e}", flush=True)
+    if not off <= 1e-3:
+        fail(f"rise: velocity or density is off by {off}")
+
+
 def check_pushed_back(program, work):
     """A nozzle that begins within a block: what is in the way of its feed is put to the exit, 12 x 8 x 4 particles to begin with."""
     block = particles_of(program, work, "pushed_back", f"""gravity = [0.0, 0.0, 0.0]
@@ -263,6 +296,7 @@ def main():
         off = check_jolt(program, work, name, '"measured"', 0.01, more)
         if not off < 0.3 * stress_free:
             fail("a pressure that is measured does not calm the flow")
+    check_rise(program, work)
     check_pushed_back(program, work)
     check_fall(program, work)
     check_circle(program, work)
