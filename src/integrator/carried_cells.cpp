@@ -1,0 +1,53 @@
+// What the implicit pressure makes of the particles that inflows carry (docs/theory.md, "Inflow").
+
+#include "integrator/implicit_pressure.hpp"
+
+namespace bulkley {
+
+// What an inflow carries takes part as far behind its exit as stencils reach. Farther behind nothing past the exit feels it, and its volume
+// is not the nodes' to change, whatever walls beside it say.
+void ImplicitPressure::find_cells(double time) {
+  const Physics& physics = parts_.physics;
+  const ParticleSet& particles = parts_.particles.particles();
+  cell_of_ = parts_.particles.map().cell;
+  carried_.assign(physics.feeds.empty() ? 0 : static_cast<std::size_t>(particles.size()), 0);
+  const double reach = 0.5 * stencil_width(physics.grid.order) * physics.grid.cell_size;
+  for (std::size_t f = 0; f < physics.feeds.size(); ++f) {
+    const Feed& feed = physics.feeds[f];
+    if (!feed.runs(time)) continue;
+    const NozzleState nozzle = feed.at(time, parts_.feeds.stretches()[f]);
+    const GlobalIndex n_released = feed.n_released(time);
+    for (LocalIndex p = 0; p < particles.size(); ++p) {
+      const GlobalIndex id = particles.id()[p];
+      if (!feed.owns(id) || feed.layer_of(id) <= n_released) continue;
+      carried_[static_cast<std::size_t>(p)] = 1;
+      if (feed.distance(nozzle, feed.layer_of(id)) < -reach) cell_of_[static_cast<std::size_t>(p)] = grid_->n_own_ids();
+    }
+  }
+}
+
+// What an inflow carries cannot be squeezed, its J is given: where it shares a cell with others, they alone take up what the cell's volume
+// changes by. A cell of its own has the pressure of the last step, whatever J says, and changes it as if it were not carried.
+void ImplicitPressure::account_for_carried(std::size_t k) {
+  const ParticleSet& particles = parts_.particles.particles();
+  double compliance = 0.0, target = 0.0, last = 0.0;  // of the others; of all that is carried
+  for (const LocalIndex p : members_.of(static_cast<LocalIndex>(k))) {
+    const VolumetricLaw& law = *laws_[particles.material()[p]];
+    const double J = particles.real(Field::volume_ratio)[p];
+    const double share = particles.real(Field::reference_volume)[p] / law.slope(J);
+    if (carried_[static_cast<std::size_t>(p)]) {
+      last += share * particles.real(Field::cell_mean_stress)[p];
+    } else {
+      compliance += share;
+      target += share * law.stress(J);
+    }
+  }
+  if (compliance > 0.0) {
+    compliance_[k] = compliance;
+    target_[k] = target;
+  } else {
+    target_[k] = last;
+  }
+}
+
+}  // namespace bulkley
