@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """A run that grows from a thousand particles to 17 thousand: the balancer follows, so that the most loaded rank has at most 10 % more than the
-mean, averaged over the steps after the first thousand particles have become four; the map of the start does not."""
+mean, averaged over the steps after the first thousand particles have become eight, with which each rank has four tiles; the map of
+the start does not."""
 
 import csv
 import pathlib
@@ -47,9 +48,9 @@ def rows_of(program, work, out, method):
 
 
 def uneven(rows):
-    """Particles at the start and the end, the imbalance at the end, and its mean since there are four times as many."""
+    """Particles at the start and the end, the imbalance at the end, and its mean since there are eight times as many."""
     first, last = int(rows[0]["particles"]), int(rows[-1]["particles"])
-    later = [float(row["imbalance"]) for row in rows if int(row["particles"]) > 4 * first]
+    later = [float(row["imbalance"]) for row in rows if int(row["particles"]) > 8 * first]
     return first, last, float(rows[-1]["imbalance"]), sum(later) / len(later)
 
 
