@@ -25,8 +25,9 @@ def vectors(table, name, unit):
     return numpy.array([[float(row[f"{name}_{axis} [{unit}]"]) for axis in "xyz"] for row in table])
 
 
-def check_balance(table):
-    """Change of momentum = weight - forces; change of angular momentum = moment of the weight - torques, both about the origin."""
+def check_balance(table, least_free=21):
+    """Change of momentum = weight - forces; change of angular momentum = moment of the weight - torques, both about the origin.
+    `least_free`: steps in which the rod touches nothing."""
     times = numpy.array([float(row["time [s]"]) for row in table])
     steps = numpy.diff(times)[:, None]
     mass = float(table[0]["mass [kg]"])
@@ -50,7 +51,7 @@ def check_balance(table):
     if not worst <= 1e-12:
         fail(f"forces do not balance the momentum: {worst:.3g} of its largest value in one step")
     free = numpy.abs(rod).max(axis=1) == 0.0  # the centre of the rod is not worked out here
-    if not free.sum() > 20 or free.all():
+    if not free.sum() >= least_free or free.all():
         fail(f"the rod touched the material in {(~free).sum()} of {len(free)} steps; the test wants some, not all")
     error = numpy.diff(angular, axis=0) - (numpy.cross(middle, weight) - torques) * steps
     worst_turn = numpy.abs(error[free]).max() / numpy.abs(angular).max()
@@ -72,6 +73,9 @@ def main():
     run("one", 1)
     table = rows(work / "one")
     check_balance(table)
+
+    run("implicit", 1, "--set", "time.integrator=imex", "--set", "materials.fluid.bulk_modulus=2e9")
+    check_balance(rows(work / "implicit"), least_free=10)  # its steps are longer
 
     n_steps = len(table) - 1
     sparse = ["--set", "output.history_interval=7"]
