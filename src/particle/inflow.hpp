@@ -30,7 +30,7 @@ struct ShapeSection {
 };
 using Section = std::variant<DiscSection, RectangleSection, ShapeSection>;
 
-/// m^2; of a shape by the distances of 256 points a side, right to about 1e-5.
+/// m^2; of a shape by the distances of 256 points a side, right to about 1e-4.
 double area(const Section& section);
 /// Signed distance from the point (a, b) of the exit plane, m, to the section's edge, negative inside; of a shape the distance in
 /// space.
