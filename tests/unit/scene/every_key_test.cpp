@@ -248,6 +248,8 @@ bool is_wrong(const Key& key, const std::string& raw) {
   if (key.type == "3 formulas") return !raw.starts_with("[\"") || raw.find("velocity") != std::string::npos;
   if (key.type == "table" || key.type == "shape") return !raw.starts_with('{');
   if (key.type == "list of tables") return !raw.starts_with('[') || raw.find_first_of("0123456789\"") == 1;
+  if (key.type == "number or \"measured\"")
+    return is_number(raw) ? std::abs(number_of(raw)) > 1e100 || !in_range(key.allowed, number_of(raw)) : raw != "\"measured\"";
   if (key.type == "number or formula") return is_number(raw) && !in_range(key.allowed, number_of(raw));
   return is_number(raw) && key.type != "number or duration";
 }
