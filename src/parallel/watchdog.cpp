@@ -17,7 +17,7 @@ namespace bulkley {
 namespace {
 
 // The end of the root takes the others along. Where it cannot act, they speak one after the other, and the first ends the rest.
-constexpr double start_of_root = 2.0, start_of_next = 1.0;  // s
+constexpr double start_of_root = 1.0, start_of_next = 2.0;  // s
 constexpr int most_starts = 60;
 
 constexpr std::chrono::milliseconds look_interval{500};
