@@ -16,7 +16,7 @@ import re
 import shutil
 import sys
 import tomllib
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import h5py
 import numpy
@@ -42,6 +42,7 @@ class Plan:
     facts: dict = field(default_factory=dict)  # kept in the record: cell size, stiffness, box, ...
     transfer: str = ""                         # scheme; empty: the program's default
     limit: float = 36000.0                     # s of wall time
+    addition: str = ""                         # text that follows the case's scene, such as one more collider
 
     def sets_for(self, default):
         """With the transfer, if it is not the program's default."""
@@ -57,7 +58,7 @@ class Plan:
             sets |= {name: limits * value for name, value in LIMITS.items()}
             facts["limits"] = limits
             key += f", limits times {limits:g}"
-        return Plan(key, sets, facts, self.transfer, self.limit)
+        return replace(self, key=key, sets=sets, facts=facts)
 
 
 class Case:
@@ -85,7 +86,12 @@ class Case:
     def execute(self, plan, program, work, arguments, default):
         """Makes the run of a plan with a program whose default transfer is `default`; returns its record."""
         label = re.sub(r"[^\w.]+", "_", f"{plan.key}_{plan.transfer}")
-        run = make(self.folder / "scene.toml", label, plan.sets_for(default), program, work, arguments.ranks, plan.limit)
+        scene = self.folder / "scene.toml"
+        if plan.addition:
+            text = scene.read_text(encoding="utf-8") + plan.addition
+            scene = work / f"{label}.toml"
+            scene.write_text(text, encoding="utf-8")
+        run = make(scene, label, plan.sets_for(default), program, work, arguments.ranks, plan.limit)
         record = record_of(self, run, plan, default, program)
         print(f"{self.name}: {label} took {run.seconds:.1f} s", flush=True)
         if not arguments.keep:

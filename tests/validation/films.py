@@ -2,10 +2,11 @@
 film."""
 
 import math
+from dataclasses import replace
 
 import numpy
 
-from comparison import Plan, frames, measured
+from comparison import Plan, frames, measured, rounded
 
 WALLS = 0.04         # m, between the side walls
 FRAMES = 24.0        # per second, of the films
@@ -13,6 +14,12 @@ SHIFTS = numpy.arange(-0.010, 0.0301, 0.001)  # s, shifts of time that are allow
 MARGIN = 0.035       # s, that runs go on after the film's last frame
 SOFTEST = 2.5e4      # Pa, bulk modulus of a box 2 cm high; in proportion to the height, which keeps the Mach number
 SAVED = 120.0        # frames of a run per second
+# The gate of the films, where their frames show it: pulled up by hand at a nearly constant acceleration, with its lower edge at
+# half the height of the fluid at time 0.
+GATE_ACCELERATION = 40.0  # m/s^2
+GATE_THICKNESS = 0.004    # m, of the collider: two cells of 2 mm
+GATE_LIFT = 0.09          # m, then it stays
+GATE_FRAMES = 12
 
 
 class Film:
@@ -56,20 +63,38 @@ def plan(film, flow, cell, stiffness=1.0, transfer="", key=None):
     return Plan(key or f"{film.name}, {1e3 * cell:g} mm, kappa {bulk:g}", sets, facts, transfer)
 
 
+def behind_gate(plan, film):
+    """The run of `plan` behind a gate that is pulled up as the films' was: the run begins when the gate leaves the floor."""
+    early = math.sqrt(film.height / GATE_ACCELERATION)
+    lifted = math.sqrt(2.0 * GATE_LIFT / GATE_ACCELERATION)
+    wall = -plan.sets["colliders.wall.shape.lower"][1]
+    lines = ["", "[[colliders]]", 'name = "gate"', 'contact = "slip"',
+             f'shape = {{ type = "box", lower = [{film.width}, {-wall}, 0.0], '
+             f"upper = [{film.width + GATE_THICKNESS}, 0.03, {film.height + 0.02}] }}"]
+    for step in range(GATE_FRAMES + 1):
+        time = lifted * step / GATE_FRAMES
+        lines += ["[[colliders.key_frames]]", f"time = {time!r}",
+                  f"translation = [0.0, 0.0, {0.5 * GATE_ACCELERATION * time**2!r}]"]
+    sets = {**plan.sets, "time.end": plan.sets["time.end"] + early}
+    return replace(plan, key=f"{plan.key}, gate", sets=sets, facts={**plan.facts, "gate": True, "start": rounded(-early)},
+                   addition="\n".join(lines) + "\n")
+
+
 def shadow(points, eye):
     """Where the rays from `eye` (3,) through `points` (n, 3) meet the floor z = 0: (n, 2), m."""
     return points[:, :2] + (points[:, :2] - eye[:2]) * (points[:, 2] / (eye[2] - points[:, 2]))[:, None]
 
 
-def front(run, film, cell):
-    """Reach and near edge of every frame of `run` by the film's rules, m, with half the particle spacing for the surface."""
+def front(run, film, cell, start=0.0):
+    """Reach and near edge of every frame of `run` by the film's rules, m, with half the particle spacing for the surface.
+    `start`: s, the film's time when the run begins."""
     half = 0.25 * cell
     found = {"time": [], "reach": [], "near_edge": []}
     for time, points in frames(run):
         mirrored = points * [1.0, -1.0, 1.0] + [0.0, WALLS, 0.0]
         thrown = shadow(numpy.concatenate([points, mirrored]), film.eye)
         beyond = thrown[:, 0] > film.width + 0.002
-        found["time"].append(time)
+        found["time"].append(time + start)
         found["reach"].append(thrown[:, 0].max() + half - film.width)
         found["near_edge"].append(thrown[beyond, 1].max() + half - WALLS if beyond.any() else -WALLS)
     return found
