@@ -8,9 +8,10 @@ namespace bulkley {
 // is not the nodes' to change, whatever walls beside it say.
 void ImplicitPressure::find_cells(double time) {
   const Physics& physics = parts_.physics;
+  if (physics.feeds.empty()) return;
   const ParticleSet& particles = parts_.particles.particles();
   cell_of_ = parts_.particles.map().cell;
-  carried_.assign(physics.feeds.empty() ? 0 : static_cast<std::size_t>(particles.size()), 0);
+  carried_.assign(static_cast<std::size_t>(particles.size()), 0);
   const double reach = 0.5 * stencil_width(physics.grid.order) * physics.grid.cell_size;
   for (std::size_t f = 0; f < physics.feeds.size(); ++f) {
     const Feed& feed = physics.feeds[f];
@@ -24,6 +25,10 @@ void ImplicitPressure::find_cells(double time) {
       if (feed.distance(nozzle, feed.layer_of(id)) < -reach) cell_of_[static_cast<std::size_t>(p)] = grid_->n_own_ids();
     }
   }
+}
+
+const std::vector<LocalIndex>& ImplicitPressure::cells() const {
+  return parts_.physics.feeds.empty() ? parts_.particles.map().cell : cell_of_;
 }
 
 // What an inflow carries cannot be squeezed, its J is given: where it shares a cell with others, they alone take up what the cell's volume

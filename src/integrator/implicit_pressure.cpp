@@ -96,8 +96,9 @@ void ImplicitPressure::number_cells() {
   const ParticleSet& particles = parts_.particles.particles();
   counts_.assign(static_cast<std::size_t>(grid_->n_ids()), 0);
   const std::uint8_t* const material = particles.material();
+  const std::vector<LocalIndex>& cell_of = cells();
   for (LocalIndex p = 0; p < particles.size(); ++p)
-    if (const LocalIndex cell = cell_of_[static_cast<std::size_t>(p)]; laws_[material[p]] && cell < grid_->n_own_ids())
+    if (const LocalIndex cell = cell_of[static_cast<std::size_t>(p)]; laws_[material[p]] && cell < grid_->n_own_ids())
       ++counts_[static_cast<std::size_t>(cell)];
   exchange_counts(parts_.comm(), *grid_, counts_);
 
@@ -150,7 +151,7 @@ void ImplicitPressure::fill_cells() {
   const Physics& physics = parts_.physics;
   const ParticleSet& particles = parts_.particles.particles();
   const auto n = static_cast<std::size_t>(rows_.size());
-  group_by_cell(laws_, particles, cell_of_, place_of_, static_cast<LocalIndex>(own_.size()), members_);
+  group_by_cell(laws_, particles, cells(), place_of_, static_cast<LocalIndex>(own_.size()), members_);
   for (std::vector<double>* values : {&volume_, &compliance_, &target_}) values->resize(own_.size());
   for (std::vector<char>* states : {&may_part_, &parted_}) states->resize(own_.size());
   for (std::vector<double>* values : {&pressure_, &right_, &residual_, &direction_, &product_, &scaled_, &inverse_diagonal_})

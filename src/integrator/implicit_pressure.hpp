@@ -46,6 +46,7 @@ class ImplicitPressure {
 
  private:
   void find_cells(double time);
+  const std::vector<LocalIndex>& cells() const;
   void number_cells();
   void sort_own_by_wave();
   void fill_cells();
@@ -79,7 +80,7 @@ class ImplicitPressure {
   GlobalIndex fitted_ = -1;
   CellHalo halo_;
   // Cells with particles in the order of their places, this rank's and those of others that it needs.
-  std::vector<LocalIndex> cell_of_;                   // by particle: id, or n_own_ids of grid_ for none
+  std::vector<LocalIndex> cell_of_;                   // by particle: id, or n_own_ids of grid_ for none; only with inflows
   std::vector<char> carried_;                         // by particle: an inflow carries it in the step; empty without inflows
   std::vector<LocalIndex> number_of_;                 // by id; -1: empty
   std::vector<std::int32_t> counts_;                  // by id

@@ -22,6 +22,11 @@ constexpr std::size_t most_warnings_kept = 20;  // in status.json
 // A run whose steps are slow is given that many times its slowest.
 constexpr double slow_steps = 20.0;
 
+// status.json says why the run ends, by the watchdog's thread.
+auto last_act_of(const RunOptions& options) {
+  return [folder = options.folder](const std::string& sentence) { mark_unresponsive_alone(folder, sentence); };
+}
+
 }  // namespace
 
 Run::Run(const Comm& run_comm, const Scene& run_scene, const RunOptions& run_options)
@@ -128,7 +133,7 @@ Watchdog::Watch Run::watch_write(const std::string& file) {
                                "rank does not answer; {}",
                                file, limit, hint);
                          },
-                         [folder = options.folder](const std::string& sentence) { mark_unresponsive_alone(folder, sentence); }});
+                         last_act_of(options)});
 }
 
 Watchdog::Watch Run::watch_step() {
@@ -143,7 +148,7 @@ Watchdog::Watch Run::watch_step() {
              "another rank does not answer, or the machine is too slow; {}",
              step, limit, rank, n_ranks, current_phase(times), hint);
        },
-       [folder = options.folder](const std::string& sentence) { mark_unresponsive_alone(folder, sentence); }});
+       last_act_of(options)});
 }
 
 void Run::begin_energy_budget() {
