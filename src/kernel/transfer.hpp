@@ -15,7 +15,7 @@ enum class GradientForm {
 };
 
 struct TransferSettings {
-  TransferScheme scheme = TransferScheme::apic;
+  TransferScheme scheme = TransferScheme::moment_flip;
   SplineOrder order = SplineOrder::quadratic;
   GradientForm gradient = GradientForm::mls;
   double flip_ratio = 0.95;        ///< alpha of the blend: v_p = (1 - alpha) v_pic + alpha v_flip

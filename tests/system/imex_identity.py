@@ -11,7 +11,7 @@ from bulkley_program import parse_arguments, start  # noqa: E402
 from identity import expect_closed_account, expect_identical  # noqa: E402
 from imex_runs import ImexRuns  # noqa: E402
 
-STEPS, INTERRUPTION = 60, 25
+STEPS, INTERRUPTION = 40, 17
 
 STUCK = ["boundaries.z_lower={type=\"sticky\"}"]
 ROUND = [f"boundaries.{axis}_{side}=\"periodic\"" for axis in "y" for side in ("lower", "upper")]

@@ -143,7 +143,8 @@ pressure = {pressure}
 
 
 def check_rise(program, work):
-    """A heavy bath with its true modulus, open above and fed from below, rises as a block: speed and density as of a jet."""
+    """A heavy bath with its true modulus, open above and fed from below, rises as a block: speed and density as of a jet. APIC
+    keeps nothing of the start; with moment FLIP particles at the surface still have 0.4 % of speed that the grid does not see."""
     speed, exit_place = 0.1, 0.04
     bath = particles_of(program, work, "rise", f"""gravity = [0.0, 0.0, -9.81]
 [domain]
@@ -153,6 +154,8 @@ cell_size = {CELL}
 [time]
 end = 0.1
 {IMEX}
+[transfer]
+scheme = "apic"
 {FLUID.replace(str(STIFFNESS), "2e9")}viscosity = 5
 [[bodies]]
 name = "bath"

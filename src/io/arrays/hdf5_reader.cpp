@@ -45,11 +45,16 @@ Hdf5Reader::Hdf5Reader(const std::string& path) : path_(path) {
   if (!std::filesystem::is_regular_file(status)) fail("it is not a file");
   if (std::filesystem::file_size(path, error) == 0) fail("it is empty");
   const std::string what = fmt::format("cannot read '{}'", path);
-  if (BULKLEY_HDF5_LOCAL(what, H5Fis_hdf5(path.c_str())) == 0) fail("it is not an HDF5 file");
+  // It may be removed or renamed at any time; then it is not damaged, but gone.
+  const auto opened = [&](auto result) {
+    if (result < 0 && !std::filesystem::exists(path, error)) fail("there is no such file");
+    return result;
+  };
+  if (BULKLEY_HDF5_LOCAL(what, opened(H5Fis_hdf5(path.c_str()))) == 0) fail("it is not an HDF5 file");
   const HdfList access(BULKLEY_HDF5(H5Pcreate(H5P_FILE_ACCESS)));
   // Locks are for concurrent writers, and some cluster file systems have none.
   BULKLEY_HDF5(H5Pset_file_locking(access.get(), false, true));
-  file_ = HdfFile(BULKLEY_HDF5_LOCAL(damaged("it"), H5Fopen(path.c_str(), H5F_ACC_RDONLY, access.get())));
+  file_ = HdfFile(BULKLEY_HDF5_LOCAL(damaged("it"), opened(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access.get()))));
 }
 
 void Hdf5Reader::fail(const std::string& fault) const { throw RunError(fmt::format("cannot read '{}': {}", path_, fault)); }

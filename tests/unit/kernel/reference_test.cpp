@@ -343,6 +343,7 @@ TEST(Reference, BlendMixesPicAndFlip) {
 
 TEST(Reference, AffineDampingLeavesTheSpin) {
   TransferSettings transfer;
+  transfer.scheme = TransferScheme::apic;
   const std::vector<ReferenceParticle> start = random_particles(40, false);
   ReferenceMpm plain(open_box(transfer), start);
   transfer.affine_damping = 1.0;

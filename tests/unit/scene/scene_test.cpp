@@ -17,7 +17,7 @@ TEST(Scene, TakesDefaultsFromTheStructs) {
   const Scene defaults;
   EXPECT_EQ(scene.gravity, Vec3(0.0, 0.0, -9.81));
   EXPECT_EQ(scene.time_stepping.elastic_cfl, defaults.time_stepping.elastic_cfl);
-  EXPECT_EQ(scene.transfer.scheme, TransferScheme::apic);
+  EXPECT_EQ(scene.transfer.scheme, TransferScheme::moment_flip);
   EXPECT_EQ(scene.faces[4].kind, FaceKind::sticky);
   EXPECT_EQ(scene.output.fields, defaults.output.fields);
   EXPECT_FALSE(scene.output.tiles);

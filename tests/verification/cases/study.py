@@ -70,8 +70,10 @@ class Study:
         self.compared = False  # whether a run on one rank has been compared
         self.quantities, self.remarks, self.plots, self.misses = [], [], [], []
 
-    def run(self, label, sets=None, ranks=2, limit=1500, scene=None):
-        """Runs the scene with `sets` ({key path: value}) into the folder `label`."""
+    def run(self, label, sets=None, ranks=None, limit=1500, scene=None):
+        """Runs the scene with `sets` ({key path: value}) into the folder `label`, the short version on one rank: two cases side
+        by side are done sooner than one on two ranks."""
+        ranks = ranks or (2 if self.long else 1)
         arguments = ["run", str(scene or self.scene), "--out", label, "--quiet"]
         for key, value in {**(sets or {}), **({"time.integrator": "imex"} if self.imex else {})}.items():
             arguments += ["--set", f"{key}={toml(value)}"]
@@ -83,9 +85,9 @@ class Study:
 
     def run_on_both(self, label, sets=None, limit=1500, scene=None):
         """The same run on one rank and on two, which must give the same bits; returns the latter. The short version compares
-        the first run of a case only, usually the coarsest; the others are on two ranks."""
+        the first run of a case only, usually the coarsest."""
         if self.compared and not self.long:
-            return self.run(label, sets, 2, limit, scene)
+            return self.run(label, sets, None, limit, scene)
         self.compared = True
         one = self.run(f"{label}_one_rank", sets, 1, limit, scene)
         two = self.run(label, sets, 2, limit, scene)
@@ -156,6 +158,11 @@ class Study:
         print(f"{self.name}: {text}: {'passed' if passed else 'FAILED'}", flush=True)
         if not passed:
             self.misses.append(f"{self.name}: {text}")
+
+
+def scheme_name(scheme):
+    """A transfer scheme as the page calls it."""
+    return {"moment_flip": "moment FLIP", "blend": "blend"}.get(scheme, scheme.upper())
 
 
 def toml(value):

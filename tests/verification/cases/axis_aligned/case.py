@@ -5,7 +5,7 @@ import math
 
 import numpy
 
-from study import Study
+from study import Study, scheme_name
 
 DENSITY, YOUNG, POISSON = 1000.0, 1e4, 0.3
 SHEAR, BULK = YOUNG / (2.0 * (1.0 + POISSON)), YOUNG / (3.0 * (1.0 - 2.0 * POISSON))
@@ -72,20 +72,20 @@ def main():
     study = Study("axis_aligned", "Axis-aligned displacement", "Manufactured solution after Wallstedt and Guilkey (2008)")
     drawn = {}
     plane, space = ((8, 16, 32, 64), (8, 16, 32)) if study.long else ((8, 16, 32), (8, 16))
-    for n_axes, cells, scheme in ((2, plane, "apic"), (2, plane[1:], "flip"), (3, space, "apic")):
+    for n_axes, cells, scheme in ((2, plane, "moment_flip"), (2, plane[1:], "apic"), (3, space, "moment_flip")):
         errors = []
         for n in cells:
-            run = study.run_on_both if n == cells[0] and scheme == "apic" else study.run
+            run = study.run_on_both if n == cells[0] and scheme == "moment_flip" else study.run
             errors.append(largest_error(run(f"{scheme}_{n_axes}_{n}", resolution(n, n_axes, scheme)), n_axes))
-        drawn[f"{scheme.upper()}, {n_axes} axes"] = cells, errors
-        study.expect_convergence(f"position, root mean square, largest of {FRAMES} times, {scheme.upper()} along {n_axes} axes",
+        drawn[f"{scheme_name(scheme)}, {n_axes} axes"] = cells, errors
+        study.expect_convergence(f"position, root mean square, largest of {FRAMES} times, {scheme_name(scheme)} along {n_axes} axes",
                                  cells, errors, 0.05, 1.5, note="of the amplitude")
 
     if study.long:
         finest = plane[-2:]
-        errors = [largest_error(study.run(f"dense_{n}", resolution(n, 2, "apic", 27)), 2) for n in finest]
-        drawn["APIC, 2 axes, 27 particles per cell"] = finest, errors
-        study.expect_convergence("the same along 2 axes with 27 particles per cell, APIC", finest, errors, 0.01, 1.8,
+        errors = [largest_error(study.run(f"dense_{n}", resolution(n, 2, "moment_flip", 27)), 2) for n in finest]
+        drawn["moment FLIP, 2 axes, 27 particles per cell"] = finest, errors
+        study.expect_convergence("the same along 2 axes with 27 particles per cell, moment FLIP", finest, errors, 0.01, 1.8,
                                  note="of the amplitude")
         study.remark("With 8 particles per cell the order falls on the finest grid, because the sums over particles integrate the "
                      "stress less exactly where the cells have been stretched; 27 particles per cell restore it. Halving the "
@@ -94,7 +94,7 @@ def main():
     def draw(axes):
         for label, (n, errors) in drawn.items():
             axes.loglog(n, errors, "o-", label=label)
-        axes.loglog(plane, [drawn["APIC, 2 axes"][1][0] * (plane[0] / n) ** 2 for n in plane], "k:", label="second order")
+        axes.loglog(plane, [drawn["moment FLIP, 2 axes"][1][0] * (plane[0] / n) ** 2 for n in plane], "k:", label="second order")
         axes.set(xlabel="cells per wavelength", ylabel="error of position over amplitude")
         axes.legend(fontsize="small")
     study.plot(draw, "Convergence of the position.")

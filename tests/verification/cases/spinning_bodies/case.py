@@ -3,7 +3,7 @@
 
 import numpy
 
-from study import Study
+from study import Study, scheme_name
 
 TURN = 0.314159265358979  # s, of the disk
 ELLIPSOID = {
@@ -38,7 +38,7 @@ def main():
             run = study.run_on_both if exact else study.run
             time, vectors = momentum(run(f"disk_{scheme}_{size:g}", sets))
             changes.append(change(vectors).max())
-            name = {"moment_flip": "moment FLIP"}.get(scheme, scheme.upper())
+            name = scheme_name(scheme)
             drawn[f"{name}, {0.1 / size:g} cells per radius"] = time / TURN, vectors[:, 2] / vectors[0, 2]
             if exact:
                 study.expect_at_most(f"change of the disk's angular momentum, {name}, {0.1 / size:g} cells per radius",

@@ -5,7 +5,7 @@ import math
 
 import numpy
 
-from study import Study
+from study import Study, scheme_name
 
 DENSITY, YOUNG, POISSON = 1000.0, 1000.0, 0.3
 SHEAR = YOUNG / (2.0 * (1.0 + POISSON))
@@ -73,27 +73,27 @@ def main():
     cells, order = ((20, 40, 80), 1.5) if study.long else ((20, 40), 1.2)
     end = PERIOD if study.long else 0.5 * PERIOD  # the largest angle is at half the period
     drawn = {}
-    for scheme in ("apic", "flip") if study.long else ("apic",):
+    for scheme in ("moment_flip", "apic") if study.long else ("moment_flip",):
         errors = []
         for n in cells:
             sets = resolution(n) | {"time.end": end, "transfer.scheme": scheme}
-            run = study.run_on_both if n == cells[0] and scheme == "apic" else study.run
+            run = study.run_on_both if n == cells[0] and scheme == "moment_flip" else study.run
             drawn[scheme, n] = errors_over_time(run(f"{scheme}_{n}", sets))
             errors.append(drawn[scheme, n][1].max())
-        study.expect_convergence(f"position, root mean square over the ring, largest until {end:g} s, {scheme.upper()}", cells,
+        study.expect_convergence(f"position, root mean square over the ring, largest until {end:g} s, {scheme_name(scheme)}", cells,
                                  errors, 0.02, order, note="of the largest displacement")
 
     # The solution leaves the ring's surfaces free of load, so that the ring may also stand alone.
     cells = cells[:2]
     errors = [errors_over_time(study.run(f"ring_{n}", ring(n)))[1].max() for n in cells]
-    study.expect_convergence("position in the ring alone, root mean square, largest until 0.5 s, APIC", cells, errors, 0.08, 0.8,
+    study.expect_convergence("position in the ring alone, root mean square, largest until 0.5 s, moment FLIP", cells, errors, 0.08, 0.8,
                              note="of the largest displacement")
     study.remark("With the resting material around it the ring converges towards the second order, alone with the first: its "
                  "surfaces are seeded as steps of half a cell, and the body force ends with them.")
 
     def draw(axes):
         for (scheme, n), (times, errors) in drawn.items():
-            axes.semilogy(times[1:], errors[1:], "o-", label=f"{scheme.upper()}, {n} cells per radius")
+            axes.semilogy(times[1:], errors[1:], "o-", label=f"{scheme_name(scheme)}, {n} cells per radius")
         axes.set(xlabel="time (s)", ylabel="error of position over displacement")
         axes.legend(fontsize="small")
     study.plot(draw, "Error of position over time.")
