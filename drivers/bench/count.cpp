@@ -68,11 +68,11 @@ WorkTerm g2p_nodes(const WorkCase& w) {
 }
 
 WorkTerm g2p_particles(const WorkCase& w) {
-  // Reads x, m, id, cell; writes x back, and v and C (and L) blindly, but v after reading where the velocity is blended.
+  // Reads x, m, id, cell; writes x back, and v and C blindly, but v after reading where the velocity is blended.
   double bytes = (3 + 1 + 1) * pass + cell + 3 * pass + 3 * (split(w) ? 2 * pass : blind);
   double flops = 3 * 2 + (split(w) ? 3 * 4 : 0) + (5 + 17 + 6);  // x += dt v; the blend; norms of v and L and their use
   if (moments(w)) bytes += 9 * blind, flops += 3 + 9 * (2 + 1);  // C = (moments - distance v) / D
-  if (w.transfer.needs_velocity_gradient()) bytes += 9 * blind, flops += bspline(w) ? 9 : 0;  // L, scaled
+  if (bspline(w)) flops += 9;                                    // L, scaled; held for a block, in cache
   if (both_residuals(w)) flops += 9 * (4 + 1 + 2 + 12 + 9 + 7) + 3 * 4;                       // (T9b); C is read in any case
   return {"g2p, particles", bytes, flops};
 }
@@ -97,8 +97,7 @@ WorkTerm stress(const WorkCase& w) {
 WorkTerm locate(const WorkCase&) { return {"locate", cell, 3 * 10}; }  // x is in cache; writes the cell back
 
 WorkTerm sort(const WorkCase& w) {
-  const ParticleSet particles(w.transfer.needs_velocity_gradient() ? OptionalFields{Field::velocity_gradient}
-                                                                   : OptionalFields{});
+  const ParticleSet particles;
   double bytes = 4 * cell;  // reads the cells, writes the order blindly, and the cells in it
   for (const ParticleSet::Column& column : particles.columns())
     if (column.moves) bytes += 3.0 * static_cast<double>(column.element_size) + cell;  // read, written blindly, by the order

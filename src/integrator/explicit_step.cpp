@@ -224,6 +224,7 @@ void ExplicitStep::nodes_to_particles(double dt, StepBounds& local) {
   grid.begin_move();
   for (LocalIndex first = 0; first < particles.size(); first += block_size) {
     const ParticleBlock block{first, first + block_size};
+    particles.hold_block(block);
     {
       const PhaseTimer timer(parts_.times, Phase::g2p);
       parts_.before_move(block);

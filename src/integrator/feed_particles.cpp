@@ -43,6 +43,7 @@ void append(const ParticleSet& from, ParticleSet& to) {
   const LocalIndex before = to.size();
   to.resize(ParticleSet::checked_size(GlobalIndex{before} + from.size()));
   for (std::size_t c = 0; c < to.columns().size(); ++c) {
+    if (!to.columns()[c].moves) continue;
     const std::size_t bytes = to.columns()[c].element_size;
     std::memcpy(to.data(c) + static_cast<std::size_t>(before) * bytes, from.data(c),
                 static_cast<std::size_t>(from.size()) * bytes);

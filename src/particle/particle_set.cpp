@@ -47,13 +47,15 @@ std::size_t ParticleSet::first_column(Field field) const {
 }
 
 std::size_t ParticleSet::column_bytes(std::size_t column) const {
-  return (static_cast<std::size_t>(capacity_) + padding) * columns_[column].element_size + columns_.size() * stagger;
+  const std::size_t rows = is_whole(column) ? static_cast<std::size_t>(capacity_) + padding : block_rows_;
+  return rows * columns_[column].element_size + columns_.size() * stagger;
 }
 
 void ParticleSet::reserve(LocalIndex count) {
   if (count <= capacity_) return;
   capacity_ = count;
   for (std::size_t c = 0; c < columns_.size(); ++c) {
+    if (!is_whole(c)) continue;
     Buffer fresh = allocate(column_bytes(c));
     std::byte* start = fresh.get() + c * stagger;
     const std::size_t used = static_cast<std::size_t>(size_) * columns_[c].element_size;
@@ -65,6 +67,24 @@ void ParticleSet::reserve(LocalIndex count) {
   scratch_.reset();
   scratch_bytes_ = 0;
 }
+
+void ParticleSet::hold_block(ParticleBlock block) {
+  const std::size_t rows = static_cast<std::size_t>(block.end - block.begin) + padding;
+  const bool grows = rows > block_rows_;
+  if (grows) block_rows_ = rows;
+  for (std::size_t c = 0; c < columns_.size(); ++c) {
+    if (columns_[c].moves) continue;
+    if (grows) {
+      buffers_[c] = allocate(column_bytes(c));
+      std::memset(buffers_[c].get(), 0, column_bytes(c));
+    }
+    // Where the first particle of all would be: an address that is only ever used with an offset into the block.
+    const auto start = reinterpret_cast<std::uintptr_t>(buffers_[c].get() + c * stagger);
+    data_[c] = reinterpret_cast<std::byte*>(start - static_cast<std::size_t>(block.begin) * columns_[c].element_size);
+  }
+}
+
+bool ParticleSet::holds_all(Field field) const { return is_whole(first_column(field)); }
 
 LocalIndex ParticleSet::checked_size(GlobalIndex n_particles) {
   if (n_particles > largest_size)
@@ -78,6 +98,7 @@ void ParticleSet::resize(LocalIndex new_size) {
   if (new_size > capacity_)
     reserve(static_cast<LocalIndex>(std::min<GlobalIndex>(new_size + GlobalIndex{new_size} / 8, largest_size)));
   for (std::size_t c = 0; c < columns_.size(); ++c) {
+    if (!is_whole(c)) continue;
     const std::size_t element = columns_[c].element_size;
     const LocalIndex from = std::min(size_, new_size);
     const LocalIndex to = std::max(size_, new_size) + padding;
@@ -135,6 +156,7 @@ void ParticleSet::reorder(std::span<const LocalIndex> order) {
 
 void ParticleSet::remove(std::span<const LocalIndex> gone) {
   for (std::size_t c = 0; c < columns_.size(); ++c) {
+    if (!is_whole(c)) continue;
     const std::size_t element = columns_[c].element_size;
     fill_gaps(gone, size_, [&](LocalIndex to, LocalIndex from) {
       std::memcpy(data_[c] + static_cast<std::size_t>(to) * element, data_[c] + static_cast<std::size_t>(from) * element,
@@ -148,6 +170,7 @@ ParticleSet ParticleSet::selected(std::span<const LocalIndex> chosen) const {
   ParticleSet copy(optional_);
   copy.resize(static_cast<LocalIndex>(chosen.size()));
   for (std::size_t c = 0; c < columns_.size(); ++c) {
+    if (!is_whole(c)) continue;
     const std::size_t element = columns_[c].element_size;
     for (std::size_t k = 0; k < chosen.size(); ++k)
       std::memcpy(copy.data_[c] + k * element, data_[c] + static_cast<std::size_t>(chosen[k]) * element, element);
@@ -163,7 +186,8 @@ std::size_t ParticleSet::memory() const {
 
 std::size_t ParticleSet::bytes_per_particle() const {
   std::size_t total = 0;
-  for (const Column& c : columns_) total += c.element_size;
+  for (const Column& c : columns_)
+    if (c.moves) total += c.element_size;
   return total;
 }
 

@@ -24,7 +24,7 @@ inline Mat3 symmetric_matrix(const ParticleSet& set, Field field, LocalIndex p) 
   return result;
 }
 
-/// A copy of all particles, ascending by id. L is velocity_gradient where the set has it, else affine_velocity.
+/// A copy of all particles, ascending by id. L is velocity_gradient where the set has it of all particles, else affine_velocity.
 inline std::vector<ReferenceParticle> reference_particles(const ParticleSet& set) {
   std::vector<ReferenceParticle> result;
   for (LocalIndex p = 0; p < set.size(); ++p) {
@@ -32,7 +32,7 @@ inline std::vector<ReferenceParticle> reference_particles(const ParticleSet& set
     r.x = set.vector(Field::position, p);
     r.v = set.vector(Field::velocity, p);
     r.C = full_matrix(set, Field::affine_velocity, p);
-    r.L = set.has(Field::velocity_gradient) ? full_matrix(set, Field::velocity_gradient, p) : r.C;
+    r.L = set.has(Field::velocity_gradient) && set.holds_all(Field::velocity_gradient) ? full_matrix(set, Field::velocity_gradient, p) : r.C;
     r.b = symmetric_matrix(set, Field::left_cauchy_green, p);
     r.J = set.real(Field::volume_ratio)[p];
     r.m = set.real(Field::mass)[p];

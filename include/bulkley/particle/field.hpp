@@ -45,7 +45,7 @@ struct FieldInfo {
   const char* meaning;
   FieldType type;
   int n_components;
-  bool moves;             ///< travels with the particle when it migrates (else it is recomputed before it is read)
+  bool moves;             ///< travels with the particle in memory and between ranks (else: ParticleSet::hold_block)
   bool written;           ///< part of the checkpoint: needed for a bit-identical restart
   bool optional = false;  ///< held only where the scene needs it
 };
@@ -67,7 +67,7 @@ inline constexpr std::array field_table = {
     FieldInfo{Field::mass, "mass", "kg", "m_p", FieldType::real, 1, true, true},
     FieldInfo{Field::reference_volume, "reference_volume", "m^3", "V_p^0", FieldType::real, 1, true, true},
     FieldInfo{Field::velocity_gradient, "velocity_gradient", "1/s",
-              "L_p where it differs from affine_velocity, row-major; lives within one step", FieldType::real, 9, false,
+              "L_p where it differs from affine_velocity, row-major; lives within a step", FieldType::real, 9, false,
               false, true},
     FieldInfo{Field::structure, "structure", "1", "structure of a thixotropic fluid, 0 broken down, 1 built up",
               FieldType::real, 1, true, true, true},

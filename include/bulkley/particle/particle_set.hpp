@@ -91,6 +91,13 @@ class ParticleSet {
   /// Room for `count` particles without another allocation.
   void reserve(LocalIndex count);
 
+  /// Fields that do not move (FieldInfo::moves) are held for the particles of `block` only from now on, with undefined values:
+  /// what one kernel gives the next then stays in cache. real() of such a field must be asked again, and used for particles of
+  /// the block alone.
+  void hold_block(ParticleBlock block);
+  /// Whether a field that this set has is held for all particles.
+  bool holds_all(Field field) const;
+
   /// All columns, in the order of field_table.
   std::span<const Column> columns() const { return columns_; }
   std::byte* data(std::size_t column) { return data_[column]; }
@@ -118,7 +125,7 @@ class ParticleSet {
 
   /// Bytes allocated.
   std::size_t memory() const;
-  /// Bytes that one particle occupies in all columns.
+  /// Bytes that one particle occupies in all columns that move.
   std::size_t bytes_per_particle() const;
 
  private:
@@ -127,6 +134,7 @@ class ParticleSet {
   };
   using Buffer = std::unique_ptr<std::byte[], Free>;
   static Buffer allocate(std::size_t bytes);
+  bool is_whole(std::size_t column) const { return columns_[column].moves || block_rows_ == 0; }
   std::size_t column_bytes(std::size_t column) const;
   std::size_t first_column(Field field) const;
 
@@ -139,6 +147,7 @@ class ParticleSet {
   std::size_t scratch_bytes_ = 0;
   LocalIndex size_ = 0;
   LocalIndex capacity_ = 0;
+  std::size_t block_rows_ = 0;  ///< room of the columns that do not move; 0: for all particles
 };
 
 }  // namespace bulkley

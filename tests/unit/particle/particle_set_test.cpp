@@ -90,7 +90,7 @@ TEST(ParticleSet, ColumnsFollowTheTable) {
         EXPECT_EQ(set.columns()[next].field, field.field);
         EXPECT_EQ(set.columns()[next].component, c);
         EXPECT_EQ(set.columns()[next].moves, field.moves);
-        bytes += set.columns()[next].element_size;
+        if (field.moves) bytes += set.columns()[next].element_size;
       }
     }
     EXPECT_EQ(next, set.columns().size());
@@ -125,6 +125,41 @@ TEST(ParticleSet, ColumnsAreAlignedAndPaddedWhateverHappens) {
   check();
   set.remove(std::vector<LocalIndex>{0, 500, 999});
   check();
+}
+
+TEST(ParticleSet, HoldsWhatDoesNotMoveForOneBlock) {
+  constexpr LocalIndex count = 5000, block = 1024;
+  const auto gradient = [](LocalIndex p, int c) { return 100.0 * p + c; };
+  ParticleSet set = filled(count);
+  const std::size_t memory = set.memory();
+  EXPECT_TRUE(set.holds_all(Field::velocity_gradient));
+  for (LocalIndex first = 0; first < count; first += block) {
+    set.hold_block({first, first + block});
+    EXPECT_EQ(reinterpret_cast<std::uintptr_t>(set.real(Field::velocity_gradient, 8) + first) % 64, 0u);
+    const LocalIndex end = std::min(first + block, count) + ParticleSet::padding;  // kernels write whole packs
+    for (int c = 0; c < 9; ++c)
+      for (LocalIndex p = first; p < end; ++p) set.real(Field::velocity_gradient, c)[p] = gradient(p, c);
+    for (int c = 0; c < 9; ++c)
+      for (LocalIndex p = first; p < end; ++p) ASSERT_EQ(set.real(Field::velocity_gradient, c)[p], gradient(p, c));
+  }
+  EXPECT_FALSE(set.holds_all(Field::velocity_gradient));
+  EXPECT_TRUE(set.holds_all(Field::position));
+  EXPECT_LE(set.memory() + 9 * sizeof(double) * (count - 2 * block), memory);
+
+  // The other fields go on through everything that happens to particles.
+  const std::vector<LocalIndex> gone = {3, 10}, chosen = {4000, 7};
+  set.remove(gone);
+  EXPECT_TRUE(holds(set, 3, count - 2, true));
+  set.resize(count + 10000);
+  EXPECT_TRUE(holds(set, 4990, 4990, true));
+  const ParticleSet copy = set.selected(chosen);
+  EXPECT_TRUE(holds(copy, 0, 4000, true));
+  EXPECT_TRUE(copy.holds_all(Field::velocity_gradient));
+  EXPECT_EQ(copy.real(Field::velocity_gradient)[0], 0.0);
+  std::vector<LocalIndex> order(static_cast<std::size_t>(set.size()));
+  for (std::size_t k = 0; k < order.size(); ++k) order[k] = set.size() - 1 - static_cast<LocalIndex>(k);
+  set.reorder(order);
+  EXPECT_TRUE(holds(set, set.size() - 1 - 4990, 4990, true));
 }
 
 TEST(ParticleSet, ResizeKeepsTheFirstAndZeroesTheNew) {

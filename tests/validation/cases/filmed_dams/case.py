@@ -18,6 +18,7 @@ BOXES = ("chuno_sauce_H20_W30", "chuno_sauce_H40_W21", "okonomiyaki_sauce_H20_W2
 STUDIED = BOXES[0]  # the box of the studies of cells and stiffness
 COARSE, FINE = 0.002, 0.001  # m, cells; the gates are for the fine ones
 FINEST = (0.0008, 0.000625)  # m, cells of the studied box
+SHORT_IMEX = 0.0016  # m, cells of the short version with the implicit pressure
 LIMITS = (1.0, 0.5, 0.25)  # factors on all limits of the time step, of the study of the implicit pressure
 SHORT_BOXES = (STUDIED, "okonomiyaki_sauce_H20_W29")
 # Gates, fixed before the runs were made. Cells of 2 mm leave a sheet of two cells, which is slow: theirs are wider.
@@ -65,7 +66,7 @@ class FilmedDams(Case):
 
     def imex_plans(self, long):
         if not long:
-            return [imex_plan(box, COARSE) for box in SHORT_BOXES]
+            return [imex_plan(box, SHORT_IMEX) for box in SHORT_BOXES]
         boxes = [imex_plan(box, cell, 1.0, transfer) for cell in (COARSE, FINE) for box in BOXES for transfer in TRANSFERS]
         gated = [imex_plan(box, cell, 1.0, transfer, gate=True) for cell in (COARSE, FINE) for box in BOXES for transfer in TRANSFERS]
         cells = [imex_plan(STUDIED, cell, 1.0, transfer) for cell in FINEST for transfer in TRANSFERS]
@@ -80,8 +81,8 @@ class FilmedDams(Case):
             for record in records.values():
                 film = films.Film(record["film"])
                 worst, last = films.errors(film, record)
-                where = f"{film.title}{', imex' if is_imex(record) else ''}, cells of 2 mm"
-                # The implicit pressure does not lock thin sheets: the gates of fine cells hold on coarse ones.
+                where = f"{film.title}{', imex' if is_imex(record) else ''}, cells of {1e3 * record['cell']:g} mm"
+                # The implicit pressure does not lock thin sheets: the gates of fine cells hold on coarser ones.
                 sheet.gate(f"{where}: reach in frames 3 to 8", worst, FRAMES_3_TO_8 if is_imex(record) else SHORT)
                 sheet.gate(f"{where}: reach in frame 8", last, LAST if is_imex(record) else SHORT)
             return
