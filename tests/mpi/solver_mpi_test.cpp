@@ -246,7 +246,7 @@ TEST_F(SolverTest, TheRunIsThatOfItsAcceptedSteps) {
 TEST_F(SolverTest, AdaptiveAndFixedStepsAgreeToFirstOrder) {
   const double end = 0.05;
   const auto run = [&](TimeStepMode mode, double elastic_cfl) {
-    SolverScene scene = empty_scene({}, {12, 12, 12}, {false, false, false});
+    SolverScene scene = empty_scene({.scheme = TransferScheme::apic}, {12, 12, 12}, {false, false, false});
     add_block(scene, scene.physics.grid.lower + Vec3(0.3, 0.3, 0.3), {12, 12, 12}, 0, Vec3(0.3, -0.2, 0.1));
     TimeStepSettings& time = scene.physics.time_stepping;
     time.mode = mode;

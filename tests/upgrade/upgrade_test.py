@@ -47,7 +47,11 @@ def check_version(program, folder, work):
 
 def continue_run(program, folder, scene, checkpoint, work):
     name = f"{folder.name}.{scene.stem}"
-    run = program.run(["run", str(scene), "--out", name, "--restart", str(checkpoint)], 3, work, LIMIT)
+    command = ["run", str(scene), "--out", name, "--restart", str(checkpoint)]
+    refused = program.run(command, 3, work, LIMIT)  # APIC was the default then, and is not followed by another transfer unasked
+    if refused.code != 2 or 'transfer.scheme: "apic" -> "moment_flip"' not in refused.text:
+        fail(f"{name}: continues with another transfer", refused)
+    run = program.run([*command, "--set", "transfer.scheme=apic"], 3, work, LIMIT)
     if run.code != 0:
         fail(f"{name}: cannot be continued", run)
     # The keys of the scene file are warned about, once for all ranks; those of the scene in the checkpoint are not.
