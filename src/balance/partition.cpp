@@ -139,11 +139,10 @@ Partition make_partition(const GridGeometry& grid, const PartitionSettings& sett
   }
   const std::optional<Boxes> boxes = boxes_for(grid, load, n_ranks, present);
   const TileMap idle = map_without_load(grid, boxes, load, n_ranks);
-  const TileMap& before = present ? present->map : idle;
   const auto by = [&](PartitionMethod method) {
     note.method = method;
     std::vector<std::int32_t> part = free_parts(grid, load, n_ranks, note);
-    if (before.n_tiles() > 0) part = relabelled(load, part, before);
+    if (present) part = relabelled(load, part, present->map);
     return Partition{spread(grid, load, n_ranks, part, idle), boxes};
   };
   if (settings.method != PartitionMethod::automatic) return by(settings.method);

@@ -60,7 +60,8 @@ struct PartitionNotes {
 /// The map: that of the boxes for `uniform` and `ranges`; chunks of a Hilbert curve through the loaded tiles for `hilbert`;
 /// parts of their graph with few shared nodes for `metis` (Karypis & Kumar 1998, recursive bisection; then moved towards
 /// equal loads); for `automatic` the one of these for which `cost` predicts the fastest step, where boxes are rebalanced and
-/// may be 2 % slower. Parts are numbered for the largest overlap with `present`, or else with the boxes. An empty tile goes
+/// may be 2 % slower. Parts are numbered for the largest overlap with `present`; without it as they come, near ones
+/// by near numbers, so that few bytes leave a node of ranks that follow each other. An empty tile goes
 /// to the owner of a nearest loaded one. Where fewer tiles are loaded than there are ranks, the surplus ranks have none.
 ///
 /// Deterministic: the same for the same arguments. Throws UsageError when there are no boxes for `uniform` and `ranges`. Not

@@ -14,7 +14,7 @@ COARSE = ["--set", "domain.cell_size=0.015625"]
 METHODS = ["uniform", "ranges", "hilbert", "metis", "auto"]
 MOVED = ["handed on", "straight"]  # the ways in which auto moves few tiles
 COLUMNS = ["ranks", "method", "chosen", "load_max_over_mean", "particles_max_over_mean", "halo_over_worked_nodes",
-           "neighbours_mean", "neighbours_max", "sent_mean [B]", "sent_max [B]", "messages_mean", "messages_max",
+           "neighbours_mean", "neighbours_max", "sent_mean [B]", "sent_max [B]", "sent_off_node_fraction", "messages_mean", "messages_max",
            "predicted_step [s]", "moved_fraction", "partition_time [s]", "n_particles", "n_tiles", "cells_x", "cells_y",
            "cells_z"]
 # Of 64 ranks with at least 100 tiles each.
@@ -86,6 +86,20 @@ def check_quality(test):
                    f"{scene}: {row}")
 
 
+def check_nodes(test):
+    """Without a map to follow, parts keep the partitioner's numbers, and near ones lie near each other: few bytes leave a
+    node of consecutive ranks. One node has no other, and ranks alone on their nodes send all bytes to others."""
+    arguments = [BALL, "-n", "512", "--methods", "metis,hilbert", "--ranks-per-node"]
+    for ranks, low, high in (("64", 0.05, 0.25), ("1", 1.0, 1.0), ("512", 0.0, 0.0)):
+        rows, text = test.rows([*arguments, ranks])
+        for row in rows:
+            part = float(row["sent_off_node_fraction"])
+            expect(low <= part <= high, f"{row['method']}, nodes of {ranks} ranks: {part} of the bytes leave them")
+            expect(f" {100 * part:.1f} " in text, "the table does not say which part of the bytes leaves a node")
+    rows, _ = test.rows(arguments[:-1])
+    expect(all(row["sent_off_node_fraction"] == "" for row in rows), "bytes between nodes although there are none")
+
+
 def check_lists(test):
     rows, text = test.rows([BALL, *COARSE, "-n", "3,64,67", "--methods", "metis,uniform"])
     expect([(row["ranks"], row["method"]) for row in rows] ==
@@ -106,6 +120,9 @@ def check_refusals(test):
     for ranks in ("0", "-3", "8,,64", "8x", "1e3", "99999999"):
         test.refuses([BALL, f"--ranks={ranks}"], "--ranks:", "whole number")
     test.refuses([BALL, "-n", "8", "--methods", "metis,hilbrt"], "--methods:", "did you mean 'hilbert'?")
+    for number in ("0", "-1", "many"):
+        expect("--ranks-per-node" in test.table([BALL, "-n", "8", f"--ranks-per-node={number}"], code=2),
+               f"--ranks-per-node={number} is not refused by its name")
     test.refuses([BALL, "-n", "8", "--frame", "nowhere.h5"], "nowhere.h5", "no such file")
     test.refuses([BALL, "-n", "8"], "runs on one rank", ranks=2)
     text = test.table([BALL], code=2)
@@ -150,6 +167,7 @@ def main():
     program, work = start(parse_arguments(__doc__))
     test = Test(program, work)
     check_quality(test)
+    check_nodes(test)
     check_lists(test)
     check_refusals(test)
     check_snapshots(test)
