@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "balance/bisection.hpp"
 #include "balance/partition.hpp"
 #include "balance/traffic.hpp"
 #include "scene/partition_keys.hpp"
@@ -97,18 +98,27 @@ std::vector<PartitionRow> rows_of(const PartitionTask& task, PartitionMethod met
     describe(task, partition, row);
     if (left) row.moved = moved_part(task, *left, partition);
     std::vector<PartitionRow> rows{row};
+    const auto add = [&](const char* way, double seconds, const Partition& changed) {
+      PartitionRow& other = rows.emplace_back(row);
+      other.chosen = way;
+      other.remarks.clear();
+      other.seconds = seconds;
+      describe(task, changed, other);
+      other.moved = moved_part(task, *left, changed);
+    };
     if (left && method == PartitionMethod::automatic) {
       std::array<Partition, 2> changed;
       const double seconds = time_of([&] { changed = rebalanced(task.grid, task.load, *left); });
-      for (std::size_t way = 0; way < 2; ++way) {
-        PartitionRow shifted = row;
-        shifted.chosen = way == 0 ? "handed on" : "straight";
-        shifted.remarks.clear();
-        shifted.seconds = seconds;
-        describe(task, changed[way], shifted);
-        shifted.moved = moved_part(task, *left, changed[way]);
-        rows.push_back(shifted);
-      }
+      add("handed on", seconds, changed[0]);
+      add("straight", seconds, changed[1]);
+    }
+    if (left && method == PartitionMethod::bisection && n_ranks > 1) {
+      Partition changed;
+      double seconds =
+          time_of([&] { changed = *recut(task.grid, task.load, *left, KeptCuts::tight_tolerance); });
+      add("kept within 2 %", seconds, changed);
+      seconds = time_of([&] { changed = make_partition(task.grid, settings, task.load, n_ranks, nullptr, task.cost); });
+      add("made anew", seconds, changed);
     }
     return rows;
   } catch (const UsageError& error) {

@@ -45,8 +45,8 @@ struct PartitionRow {
   double seconds = 0.0;                                     ///< that the partition took
 };
 
-/// A method without a partition has a row with remarks only. `automatic` has a second row where there is a `before`: the
-/// map that is left, with few tiles moved.
+/// A method without a partition has a row with remarks only. Where there is a `before`, `automatic` has two more
+/// rows: the map that is left, with few tiles moved; and `bisection`: with more of its cuts moved, and made anew.
 std::vector<PartitionRow> partition_rows(const PartitionTask& task, std::span<const PartitionMethod> methods, int n_ranks);
 
 /// Human-readable: the rows of one number of ranks under a heading.
