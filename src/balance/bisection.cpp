@@ -171,7 +171,7 @@ Cut Bisection::cut(std::span<const TileRecord> records, int first, int n_ranks, 
   const Region region = survey(records, old, sums);
   if (old && serves(region, n_ranks, depth)) return *old;
   if (region.n_tiles == 0) return {};
-  return best_cut(records, region, n_ranks, sums);
+  return best_cut(records, region, n_ranks, old, sums);
 }
 
 Bisection::Region Bisection::survey(std::span<const TileRecord> records, const std::optional<Cut>& old,
@@ -202,14 +202,15 @@ Bisection::Region Bisection::survey(std::span<const TileRecord> records, const s
 
 bool Bisection::serves(const Region& region, int n_ranks, int depth) const {
   const Share share = share_of(region.load, region.n_tiles, n_ranks);
-  if (region.old_tiles < share.least || region.old_tiles > share.most) return false;
+  if (kept_.tolerance < 0.0 || region.old_tiles < share.least || region.old_tiles > share.most) return false;
   const int below = CutTree::n_below(n_ranks), largest_depth = std::bit_width(static_cast<unsigned>(n_ranks_ - 1));
   const double bound = static_cast<double>(total_) / n_ranks_ * (1.0 + kept_.tolerance * (depth + 1) / largest_depth);
   return static_cast<double>(region.old_load) <= bound * below &&
          static_cast<double>(region.load - region.old_load) <= bound * (n_ranks - below);
 }
 
-Cut Bisection::best_cut(std::span<const TileRecord> records, const Region& region, int n_ranks, RegionSums& sums) const {
+Cut Bisection::best_cut(std::span<const TileRecord> records, const Region& region, int n_ranks, const std::optional<Cut>& old,
+                        RegionSums& sums) const {
   const Axes axes{Numbering(0, region.low, region.high), Numbering(1, region.low, region.high),
                   Numbering(2, region.low, region.high)};
   const std::array<Cut, 3> cuts =
@@ -225,6 +226,7 @@ Cut Bisection::best_cut(std::span<const TileRecord> records, const Region& regio
       }
     }
   sums.combine(faces, 3);
+  for (std::size_t a = 0; a < 3; ++a) faces[a] *= old && old->axis() == static_cast<int>(a) ? 4 : 5;
   const auto better = [&](std::size_t a, std::size_t b) {
     return faces[a] != faces[b] ? faces[a] < faces[b] : region.high[a] - region.low[a] > region.high[b] - region.low[b];
   };

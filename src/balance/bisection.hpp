@@ -37,8 +37,9 @@ class WholeRegion final : public RegionSums {
 struct KeptCuts {
   /// A cut stays where on both sides the load a rank is at most (1 + tolerance x depth / largest depth) of the mean of all
   /// ranks: cuts near the root, whose shift moves material through everything below them, hold tighter sums than the last
-  /// ones, and rarely need to move. Zero: none stays unless it divides evenly.
-  static constexpr double usual_tolerance = 0.05, tight_tolerance = 0.02;
+  /// ones, and rarely need to move. Below zero: none stays. A cut that moves keeps its axis while another has not 20 % fewer faces:
+  /// across another axis it would take everything below it along.
+  static constexpr double usual_tolerance = 0.05, tight_tolerance = 0.02, no_tolerance = -1.0;
   const CutTree* present = nullptr;  ///< of as many ranks
   double tolerance = usual_tolerance;
 };
@@ -62,7 +63,8 @@ class Bisection {
   struct Region;
   Region survey(std::span<const TileRecord> records, const std::optional<Cut>& old, RegionSums& sums) const;
   bool serves(const Region& region, int n_ranks, int depth) const;
-  Cut best_cut(std::span<const TileRecord> records, const Region& region, int n_ranks, RegionSums& sums) const;
+  Cut best_cut(std::span<const TileRecord> records, const Region& region, int n_ranks, const std::optional<Cut>& old,
+               RegionSums& sums) const;
 
   Int3 n_tiles_;
   int n_ranks_;

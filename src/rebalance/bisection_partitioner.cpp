@@ -136,8 +136,9 @@ PartitionProposal BisectionPartitioner::find(const Comm& comm, const PartitionRe
   const double rebuild = max_global(comm, request.change.rebuild), particle = max_global(comm, request.change.particle);
   if (now - reachable < least_gain * now || (now - reachable) * *request.horizon <= rebuild) return proposal;
 
-  std::vector<KeptCuts> ways{{}};  // made anew
-  if (old) ways = {{old, KeptCuts::usual_tolerance}, {old, KeptCuts::tight_tolerance}, {}};
+  std::vector<KeptCuts> ways{{}};
+  if (old)
+    ways = {{old, KeptCuts::usual_tolerance}, {old, KeptCuts::tight_tolerance}, {old, KeptCuts::no_tolerance}};
   std::optional<Candidate> best;
   double most = 0.0;  // saved over the horizon, less the cost, s
   for (const KeptCuts& way : ways) {

@@ -7,11 +7,36 @@
 
 #include <algorithm>
 #include <bit>
-#include <memory>
+#include <cstdlib>
+#include <new>
 #include <random>
 #include <set>
 
 #include "support/tile_loads.hpp"
+
+namespace {
+
+// Bytes asked for by `new`, and the most at one time since it was set back. MPI's own are not among them.
+std::size_t n_bytes = 0, most_bytes = 0;
+constexpr std::size_t head = alignof(std::max_align_t);  // where the size of a piece is kept
+
+}  // namespace
+
+void* operator new(std::size_t size) {
+  auto* const piece = static_cast<char*>(std::malloc(size + head));
+  if (!piece) throw std::bad_alloc();
+  *reinterpret_cast<std::size_t*>(piece) = size;
+  n_bytes += size;
+  most_bytes = std::max(most_bytes, n_bytes);
+  return piece + head;
+}
+void operator delete(void* pointer) noexcept {
+  if (!pointer) return;
+  char* const piece = static_cast<char*>(pointer) - head;
+  n_bytes -= *reinterpret_cast<std::size_t*>(piece);
+  std::free(piece);
+}
+void operator delete(void* pointer, std::size_t) noexcept { operator delete(pointer); }
 
 namespace bulkley {
 namespace {
@@ -124,6 +149,30 @@ TEST_F(RankNumbers, MessagesGrowWithTheSquareOfTheLogarithm) {
     }
     EXPECT_GE(sent.messages, comm.size() == 1 ? 0 : levels);
     EXPECT_LE(sent.bytes, sent.messages * 16'384) << "histograms of 12 kB, or tiles";
+  });
+}
+
+// Two clumps of 12 x 12 x 12 tiles at the ends of a grid of 68 million tiles.
+TEST_F(RankNumbers, MemoryIsThatOfTilesAndCutsNotOfTheGrid) {
+  const GridGeometry grid = grid_of_cells({400'000, 100, 100});
+  std::vector<TileRecord> all;
+  for (int n = 0; n < 2 * 12 * 12 * 12; ++n)
+    all.push_back({{n % 12 + (n < 12 * 12 * 12 ? 0 : 99'980), n / 12 % 12, n / 144 % 12}, 0, 1000 + n % 7, 500});
+  for_each_number([&](const Comm& comm) {
+    std::vector<TileRecord> records;
+    for (std::size_t n = 0; n < all.size(); ++n)
+      if (static_cast<int>(n % static_cast<std::size_t>(comm.size())) == comm.rank()) records.push_back(all[n]);
+    const std::size_t before = most_bytes = n_bytes;
+    SentMessages sent;
+    const CutTree tree = bisected_together(comm, grid, records, {}, sent);
+    const std::size_t used = most_bytes - before;
+    const auto n_ranks = static_cast<std::size_t>(comm.size());
+    // Of records those kept, those given and those before, each in a vector that grows by doubling; histograms of 12 kB with those
+    // of the partner; cuts as they come, in a vector that grows, and in the tree.
+    EXPECT_LE(used, 6 * sizeof(TileRecord) * (all.size() / n_ranks + 64) + 3 * 12'288 + 4 * 8 * n_ranks + 1024);
+    const std::vector<TileRecord> mine = std::move(records);
+    for (const TileRecord& record : mine) EXPECT_EQ(tree.owner(record.at), comm.rank());
+    EXPECT_LE(mine.size(), 2 * all.size() / n_ranks + 1);
   });
 }
 

@@ -116,11 +116,14 @@ TEST(BisectionTest, CutsWhereFewestFootprintsReachAcross) {
   const TileLoad plate = of_tiles([](const Int3& at) { return at[0] < 4 && at[1] < 3 && at[2] < 14; });
   EXPECT_EQ(bisected(grid, plate, 2).cuts()[0], Cut(2, {0, 0, 7}));
   EXPECT_EQ(bisected(grid, plate, 3).cuts()[0], Cut(2, {2, 2, 4}));  // a third of 14 layers of 12 tiles: 56 of 168
-  // A puddle of 2 layers under a jet as heavy: the longest extent is the jet's, but fewer faces are on the plane between them.
-  const TileLoad jet = of_tiles([](const Int3& at) {
-    return (at[2] < 2 && at[0] < 4 && at[1] < 4) || (at[2] >= 4 && at[2] < 12 && at[0] == 1 && at[1] < 4);
+  // Two plates face to face are cut apart, although they are longer than far apart.
+  const TileLoad plates = of_tiles([](const Int3& at) { return at[0] < 12 && (at[1] == 0 || at[1] == 10) && at[2] < 3; });
+  EXPECT_EQ(bisected(grid, plates, 2).cuts()[0], Cut(1, {0, 5, 0}));
+  // A column of 2 x 2 on a foot: a cut through the column has 4 faces, one along it cuts all its layers.
+  const TileLoad column = of_tiles([](const Int3& at) {
+    return (at[2] == 0 && at[0] < 9 && at[1] < 4) || (at[2] > 0 && at[2] < 13 && at[0] < 2 && at[1] < 2);
   });
-  EXPECT_EQ(bisected(grid, jet, 2).cuts()[0], Cut(2, {0, 0, 3}));
+  EXPECT_EQ(bisected(grid, column, 4).cuts()[1].axis(), 2);
   const TileLoad cube = of_tiles([](const Int3& at) { return at[0] < 8 && at[1] < 8 && at[2] < 8; });
   EXPECT_EQ(bisected(grid, cube, 2).cuts()[0], Cut(0, {4, 0, 0}));
 }
@@ -169,7 +172,23 @@ TEST(BisectionTest, CutsStayWhereTheyServe) {
   TileLoad few = before;
   for (std::size_t t = 0; t < few.size(); ++t) few.weight[t] = 1;
   const CutTree lopsided(grid, std::vector<Cut>(n_ranks - 1));
-  EXPECT_EQ(bisected(grid, few, n_ranks, {&lopsided, 1e9}), bisected(grid, few, n_ranks));
+  EXPECT_EQ(n_without_load({TileMap(bisected(grid, few, n_ranks, {&lopsided, 1e9})), {}}, few), 0);
+}
+
+// Without kept cuts the axis stays as long as another has nearly as many faces.
+TEST(BisectionTest, AxesStayWhereOthersAreHardlyBetter) {
+  const GridGeometry grid = grid_of_cells({124, 60, 60});
+  for (const auto& [height, axis] : {std::pair{9, 1}, std::pair{12, 0}}) {  // of a block 8 tiles long and wide, cut across y so far
+    std::vector<GlobalIndex> counts(static_cast<std::size_t>(grid.n_tiles()), 0);
+    for (TileIndex tile = 0; tile < grid.n_tiles(); ++tile) {
+      const Int3 at = grid.tile_coordinates(tile);
+      counts[tile] = at[0] < height && at[1] < 8 && at[2] < 8 ? 9 : 0;
+    }
+    const TileLoad load = tile_load(counts);
+    EXPECT_EQ(bisected(grid, load, 2).cuts()[0].axis(), 0);
+    const CutTree present(grid, {Cut(1, {0, 1, 0})});
+    EXPECT_EQ(bisected(grid, load, 2, {&present, KeptCuts::no_tolerance}).cuts()[0].axis(), axis);
+  }
 }
 
 TEST(BisectionTest, WithoutLoadTheGridIsCutEvenly) {
