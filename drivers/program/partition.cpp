@@ -24,6 +24,7 @@ constexpr int most_ranks = 1 << 20;
 struct Arguments {
   SceneArguments scene;
   std::string ranks, methods, frame, before, csv;
+  int ranks_per_node = 0;
 };
 
 std::vector<int> rank_counts(const std::string& list) {
@@ -102,6 +103,7 @@ PartitionTask task_of(const Comm& comm, const Scene& scene, const Arguments& arg
     census = std::move(now.census);
     task.cost = load_cost(now.header.reals);  // those that the run has measured
   }
+  task.ranks_per_node = arguments.ranks_per_node;
   task.cost.n_exchanges = scene.transfer.n_exchanges();
   task.n_particles = census.n_particles();
   if (task.n_particles == 0) throw UsageError("there are no particles to divide");
@@ -154,6 +156,10 @@ Command add_partition(CLI::App& app) {
   app.add_option("--before", arguments->before,
                  "an earlier checkpoint: predicts how many particles change ranks if the map made for it is replaced")
       ->type_name("CHECKPOINT.h5");
+  app.add_option("--ranks-per-node", arguments->ranks_per_node,
+                 "also the part of the bytes that leaves a node of so many ranks that follow each other")
+      ->type_name("NUMBER")
+      ->check(CLI::Range(1, most_ranks));
   app.add_option("--csv", arguments->csv, "also write the numbers here")->type_name("FILE.csv");
   app.footer("What the columns mean: docs/partitions.md.");
   return [arguments](const Comm& comm) { return run_partition(comm, *arguments); };

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "balance/bisection.hpp"
 #include "balance/partition.hpp"
 #include "balance/traffic.hpp"
 #include "scene/partition_keys.hpp"
@@ -50,7 +51,7 @@ double largest_of(const std::vector<RankTraffic>& traffic, const Value& value) {
 }
 
 void describe(const PartitionTask& task, const Partition& partition, PartitionRow& row) {
-  const std::vector<RankTraffic> traffic = predict_traffic(task.grid, partition.map, task.load);
+  const std::vector<RankTraffic> traffic = predict_traffic(task.grid, partition.map, task.load, task.ranks_per_node);
   const auto uneven = [&](const auto& value) {
     const double mean = mean_of(traffic, value);
     return mean > 0.0 ? largest_of(traffic, value) / mean : 1.0;
@@ -65,6 +66,10 @@ void describe(const PartitionTask& task, const Partition& partition, PartitionRo
              mean_of(traffic, [](const RankTraffic& rank) { return rank.n_worked_nodes; });
   row.neighbours_mean = mean_of(traffic, neighbours), row.neighbours_max = largest_of(traffic, neighbours);
   row.bytes_mean = mean_of(traffic, bytes), row.bytes_max = largest_of(traffic, bytes);
+  if (task.ranks_per_node > 0)
+    row.off_node = row.bytes_mean > 0.0
+                       ? n * mean_of(traffic, [](const RankTraffic& rank) { return rank.bytes_off_node; }) / row.bytes_mean
+                       : 0.0;
   row.messages_mean = mean_of(traffic, messages), row.messages_max = largest_of(traffic, messages);
   row.step_seconds = predicted_step(traffic, task.cost);
 }
@@ -93,18 +98,27 @@ std::vector<PartitionRow> rows_of(const PartitionTask& task, PartitionMethod met
     describe(task, partition, row);
     if (left) row.moved = moved_part(task, *left, partition);
     std::vector<PartitionRow> rows{row};
+    const auto add = [&](const char* way, double seconds, const Partition& changed) {
+      PartitionRow& other = rows.emplace_back(row);
+      other.chosen = way;
+      other.remarks.clear();
+      other.seconds = seconds;
+      describe(task, changed, other);
+      other.moved = moved_part(task, *left, changed);
+    };
     if (left && method == PartitionMethod::automatic) {
       std::array<Partition, 2> changed;
       const double seconds = time_of([&] { changed = rebalanced(task.grid, task.load, *left); });
-      for (std::size_t way = 0; way < 2; ++way) {
-        PartitionRow shifted = row;
-        shifted.chosen = way == 0 ? "handed on" : "straight";
-        shifted.remarks.clear();
-        shifted.seconds = seconds;
-        describe(task, changed[way], shifted);
-        shifted.moved = moved_part(task, *left, changed[way]);
-        rows.push_back(shifted);
-      }
+      add("handed on", seconds, changed[0]);
+      add("straight", seconds, changed[1]);
+    }
+    if (left && method == PartitionMethod::bisection && n_ranks > 1) {
+      Partition changed;
+      double seconds =
+          time_of([&] { changed = *recut(task.grid, task.load, *left, KeptCuts::tight_tolerance); });
+      add("kept within 2 %", seconds, changed);
+      seconds = time_of([&] { changed = make_partition(task.grid, settings, task.load, n_ranks, nullptr, task.cost); });
+      add("made anew", seconds, changed);
     }
     return rows;
   } catch (const UsageError& error) {
@@ -124,7 +138,9 @@ std::string short_text(double value) {
   return fmt::format("{:.{}f}", value, value < 1.0 ? 3 : digits);
 }
 
-std::string moved_text(double moved) { return std::isnan(moved) ? "-" : fmt::format("{:.1f}", 100.0 * moved); }
+std::string percent(double part) { return std::isnan(part) ? "-" : fmt::format("{:.1f}", 100.0 * part); }
+
+std::string csv_number(double value) { return std::isnan(value) ? std::string() : fmt::format("{:.9g}", value); }
 
 }  // namespace
 
@@ -149,19 +165,20 @@ std::vector<PartitionRow> partition_rows(const PartitionTask& task, std::span<co
 
 std::string partition_table(std::span<const PartitionRow> rows) {
   if (rows.empty()) return {};
-  std::string text = fmt::format("\n{:<22}{:>8}{:>10}{:>8}{:>14}{:>16}{:>14}{:>10}{:>7}{:>11}\n",
+  std::string text = fmt::format("\n{:<22}{:>8}{:>10}{:>8}{:>14}{:>16}{:>9}{:>14}{:>10}{:>7}{:>11}\n",
                                  fmt::format("{} ranks", rows.front().n_ranks), "load", "particles", "halo/", "neighbours",
-                                 "KiB sent", "messages", "step", "moved", "partition");
-  text += fmt::format("{:<22}{:>8}{:>10}{:>8}{:>8}{:>6}{:>8}{:>8}{:>8}{:>6}{:>10}{:>7}{:>11}\n", "", "max/mean", "max/mean",
-                      "worked", "mean", "max", "mean", "max", "mean", "max", "[ms]", "[%]", "[ms]");
+                                 "KiB sent", "off node", "messages", "step", "moved", "partition");
+  text += fmt::format("{:<22}{:>8}{:>10}{:>8}{:>8}{:>6}{:>8}{:>8}{:>9}{:>8}{:>6}{:>10}{:>7}{:>11}\n", "", "max/mean",
+                      "max/mean", "worked", "mean", "max", "mean", "max", "[%]", "mean", "max", "[ms]", "[%]", "[ms]");
   for (const PartitionRow& row : rows) {
     constexpr double kib = 1024.0, milli = 1e3;
     if (!row.chosen.empty())
       text +=
-          fmt::format("{:<22}{:>8.3f}{:>10.3f}{:>8.2f}{:>8.1f}{:>6.0f}{:>8}{:>8}{:>8.1f}{:>6.0f}{:>10}{:>7}{:>11}\n",
+          fmt::format("{:<22}{:>8.3f}{:>10.3f}{:>8.2f}{:>8.1f}{:>6.0f}{:>8}{:>8}{:>9}{:>8.1f}{:>6.0f}{:>10}{:>7}{:>11}\n",
                       label(row), row.load, row.particles, row.halo, row.neighbours_mean, row.neighbours_max,
-                      short_text(row.bytes_mean / kib), short_text(row.bytes_max / kib), row.messages_mean, row.messages_max,
-                      short_text(row.step_seconds * milli), moved_text(row.moved), short_text(row.seconds * milli));
+                      short_text(row.bytes_mean / kib), short_text(row.bytes_max / kib), percent(row.off_node),
+                      row.messages_mean, row.messages_max, short_text(row.step_seconds * milli), percent(row.moved),
+                      short_text(row.seconds * milli));
     for (const std::string& remark : row.remarks) text += fmt::format("{}: {}\n", row.method, remark);
   }
   return text;
@@ -170,17 +187,17 @@ std::string partition_table(std::span<const PartitionRow> rows) {
 std::string partition_csv(const PartitionTask& task, std::span<const PartitionRow> rows) {
   std::string text =
       "ranks,method,chosen,load_max_over_mean,particles_max_over_mean,halo_over_worked_nodes,neighbours_mean,neighbours_max,"
-      "sent_mean [B],sent_max [B],messages_mean,messages_max,predicted_step [s],moved_fraction,partition_time [s],"
-      "n_particles,n_tiles,cells_x,cells_y,cells_z\n";
+      "sent_mean [B],sent_max [B],sent_off_node_fraction,messages_mean,messages_max,predicted_step [s],moved_fraction,"
+      "partition_time [s],n_particles,n_tiles,cells_x,cells_y,cells_z\n";
   for (const PartitionRow& row : rows) {
     text += fmt::format("{},{},{},", row.n_ranks, row.method, row.chosen);
     if (row.chosen.empty())
-      text += ",,,,,,,,,,,,";
+      text += ",,,,,,,,,,,,,";
     else
-      text += fmt::format("{:.9g},{:.9g},{:.9g},{:.9g},{:.0f},{:.12g},{:.0f},{:.9g},{:.0f},{:.9g},{},{:.6g},", row.load,
+      text += fmt::format("{:.9g},{:.9g},{:.9g},{:.9g},{:.0f},{:.12g},{:.0f},{},{:.9g},{:.0f},{:.9g},{},{:.6g},", row.load,
                           row.particles, row.halo, row.neighbours_mean, row.neighbours_max, row.bytes_mean, row.bytes_max,
-                          row.messages_mean, row.messages_max, row.step_seconds,
-                          std::isnan(row.moved) ? std::string() : fmt::format("{:.9g}", row.moved), row.seconds);
+                          csv_number(row.off_node), row.messages_mean, row.messages_max, row.step_seconds,
+                          csv_number(row.moved), row.seconds);
     text += fmt::format("{},{},{},{},{}\n", task.n_particles, task.load.size(), task.grid.n_cells[0], task.grid.n_cells[1],
                         task.grid.n_cells[2]);
   }

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <utility>
 
+#include "balance/bisection.hpp"
 #include "balance/traffic.hpp"
 
 namespace bulkley {
@@ -36,6 +37,10 @@ Change worthwhile_change(const GridGeometry& grid, const TileLoad& load, const P
   auto [handed_on, straight] = rebalanced(grid, load, present);
   Candidate best = evaluated(std::move(handed_on), 0.0);
   if (Candidate other = evaluated(std::move(straight), 0.0); other.net > best.net) best = std::move(other);
+
+  for (const double tolerance : {KeptCuts::usual_tolerance, KeptCuts::tight_tolerance})
+    if (std::optional<Partition> cut = recut(grid, load, present, tolerance))
+      if (Candidate other = evaluated(std::move(*cut), 0.0); other.net > best.net) best = std::move(other);
 
   Change result;
   const double making = change.tile * static_cast<double>(load.size());

@@ -23,8 +23,8 @@ struct Change {
 
 /// The partition that saves more than it costs, if there is one: over the next `horizon` steps, the predicted time of the
 /// slowest rank under `present` less that under the new map must exceed the cost of the change, and be at least 2 % of the
-/// former (so that noise in the measured costs moves nothing). Candidates are `present` with few tiles moved (rebalanced),
-/// and, where that leaves enough to be gained, a whole new map by `automatic`. `fresh_exchange`: predicted_exchange when the
+/// former (so that noise in the measured costs moves nothing). Candidates are `present` with few tiles moved (rebalanced) or
+/// few of its cuts (recut), and, where that leaves enough to be gained, a whole new map by `automatic`. `fresh_exchange`: predicted_exchange when the
 /// last whole map was new, s; what another may come down to. Not collective.
 Change worthwhile_change(const GridGeometry& grid, const TileLoad& load, const Partition& present, const CostModel& cost,
                          const ChangeCost& change, double horizon, double fresh_exchange);

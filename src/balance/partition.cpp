@@ -7,6 +7,7 @@
 #include <limits>
 #include <map>
 
+#include "balance/bisection.hpp"
 #include "balance/diffusion.hpp"
 #include "balance/graph_parts.hpp"
 #include "balance/hilbert.hpp"
@@ -137,18 +138,22 @@ Partition make_partition(const GridGeometry& grid, const PartitionSettings& sett
     note.method = settings.method == PartitionMethod::uniform ? settings.method : PartitionMethod::ranges;
     return partition_of_boxes(grid, note.method == PartitionMethod::uniform, load, n_ranks);
   }
+  if (settings.method == PartitionMethod::bisection) {
+    if (present && present->map.tree()) return *recut(grid, load, *present, KeptCuts::usual_tolerance);
+    return {TileMap(bisected(grid, load, n_ranks)), {}};
+  }
   const std::optional<Boxes> boxes = boxes_for(grid, load, n_ranks, present);
   const TileMap idle = map_without_load(grid, boxes, load, n_ranks);
-  const TileMap& before = present ? present->map : idle;
   const auto by = [&](PartitionMethod method) {
     note.method = method;
+    if (method == PartitionMethod::bisection) return Partition{TileMap(bisected(grid, load, n_ranks)), boxes};
     std::vector<std::int32_t> part = free_parts(grid, load, n_ranks, note);
-    if (before.n_tiles() > 0) part = relabelled(load, part, before);
+    if (present) part = relabelled(load, part, present->map);
     return Partition{spread(grid, load, n_ranks, part, idle), boxes};
   };
   if (settings.method != PartitionMethod::automatic) return by(settings.method);
 
-  // Boxes have the fewest neighbours, METIS shares fewer nodes than the curve, the curve has the least imbalance.
+  // Boxes have the fewest neighbours, METIS and bisection share fewer nodes than the curve, the curve has the least imbalance.
   const auto time_of = [&](const Partition& partition) {
     return predicted_step(predict_traffic(grid, partition.map, load), cost);
   };
@@ -165,9 +170,10 @@ Partition make_partition(const GridGeometry& grid, const PartitionSettings& sett
     }
     fastest /= worth_leaving_boxes;
   }
-  for (const PartitionMethod method : {PartitionMethod::metis, PartitionMethod::hilbert}) {
+  for (const PartitionMethod method : {PartitionMethod::metis, PartitionMethod::bisection, PartitionMethod::hilbert}) {
+    if (method == PartitionMethod::bisection && load.size() == 0) continue;  // the curve shares empty space more evenly
     Partition trial = by(method);
-    if (note.method != method) continue;  // METIS could not, and the curve comes next
+    if (note.method != method) continue;  // METIS could not, and the curve comes later
     const double time = time_of(trial);
     if (time >= fastest) continue;
     fastest = time;
@@ -188,6 +194,12 @@ std::array<Partition, 2> rebalanced(const GridGeometry& grid, const TileLoad& lo
     result[way].map = spread(grid, load, n_ranks, moved(graph, load, before, n_ranks, target_imbalance), present.map);
   }
   return result;
+}
+
+std::optional<Partition> recut(const GridGeometry& grid, const TileLoad& load, const Partition& present, double tolerance) {
+  const CutTree* const tree = present.map.tree();
+  if (!tree) return std::nullopt;
+  return Partition{TileMap(bisected(grid, load, tree->n_ranks(), {tree, tolerance})), present.boxes};
 }
 
 std::string boxes_text(const std::optional<Boxes>& boxes) {

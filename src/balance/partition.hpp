@@ -58,10 +58,12 @@ struct PartitionNotes {
 /// none where the tiles of the grid do not suffice.
 ///
 /// The map: that of the boxes for `uniform` and `ranges`; chunks of a Hilbert curve through the loaded tiles for `hilbert`;
+/// the regions of recursive cuts for `bisection`, where cuts of `present` stay while they serve (recut), and no boxes are cut;
 /// parts of their graph with few shared nodes for `metis` (Karypis & Kumar 1998, recursive bisection; then moved towards
 /// equal loads); for `automatic` the one of these for which `cost` predicts the fastest step, where boxes are rebalanced and
-/// may be 2 % slower. Parts are numbered for the largest overlap with `present`, or else with the boxes. An empty tile goes
-/// to the owner of a nearest loaded one. Where fewer tiles are loaded than there are ranks, the surplus ranks have none.
+/// may be 2 % slower. Parts of the curve and of METIS are numbered for the largest overlap with `present`; without
+/// it as they come, near ones by near numbers, so that few bytes leave a node of ranks that follow each other. An empty tile
+/// goes to the owner of a nearest loaded one, but under `bisection` to the region that it lies in. Where fewer tiles are loaded than there are ranks, the surplus ranks have none.
 ///
 /// Deterministic: the same for the same arguments. Throws UsageError when there are no boxes for `uniform` and `ranges`. Not
 /// collective; expensive for large grids, so that runs do it on the root alone (RootPartitioner).
@@ -72,6 +74,10 @@ Partition make_partition(const GridGeometry& grid, const PartitionSettings& sett
 /// on from neighbour to neighbour, or goes straight from overloaded ranks to empty ones (diffusion.hpp). Not
 /// collective.
 std::array<Partition, 2> rebalanced(const GridGeometry& grid, const TileLoad& load, const Partition& present);
+
+/// `present` with only those cuts moved that leave more load on a side than `tolerance` allows (KeptCuts); none where its map
+/// is not a tree of cuts. Not collective.
+std::optional<Partition> recut(const GridGeometry& grid, const TileLoad& load, const Partition& present, double tolerance);
 
 /// Largest over mean of values >= 0 (1 if all are zero). Not collective.
 double imbalance(const std::vector<GlobalIndex>& values);

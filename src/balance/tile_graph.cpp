@@ -1,11 +1,13 @@
 #include "balance/tile_graph.hpp"
 
 #include <algorithm>
+#include <cstdlib>
 
 namespace bulkley {
 
 TileGraph tile_graph(const GridGeometry& grid, const TileLoad& load) {
-  // Along an axis in which two tiles differ their footprints share what one reaches into the other; else all their nodes.
+  // Along an axis in which two tiles differ their footprints share what one reaches into the other. Nodes near an edge or a
+  // corner are those of faces, too: there a pair of tiles counts a quarter and a sixteenth.
   const int reach = footprint_width(grid.order) - tile_width;
   std::vector<std::int32_t> number(static_cast<std::size_t>(grid.n_tiles()), -1);  // in the load, by TileIndex
   for (std::size_t t = 0; t < load.size(); ++t)
@@ -23,10 +25,9 @@ TileGraph tile_graph(const GridGeometry& grid, const TileLoad& load) {
       if (other < 0) continue;
       const auto entries = graph.neighbour.begin() + graph.first.back();
       if (std::find(entries, graph.neighbour.end(), other) != graph.neighbour.end()) continue;  // both ways around an axis
-      int shared = 1;
-      for (const int along : step) shared *= along == 0 ? tile_width : reach;
+      const int n_differing = std::abs(step[0]) + std::abs(step[1]) + std::abs(step[2]);
       graph.neighbour.push_back(other);
-      graph.shared.push_back(shared);
+      graph.shared.push_back(tile_width * tile_width * reach >> 2 * (n_differing - 1));
     }
     graph.first.push_back(static_cast<GlobalIndex>(graph.neighbour.size()));
   }

@@ -100,7 +100,8 @@ std::vector<TileIndex> pool_tiles(const GridGeometry& grid, const TileMap& map, 
 
 }  // namespace
 
-std::vector<RankTraffic> predict_traffic(const GridGeometry& grid, const TileMap& map, const TileLoad& load) {
+std::vector<RankTraffic> predict_traffic(const GridGeometry& grid, const TileMap& map, const TileLoad& load,
+                                         int ranks_per_node) {
   std::vector<RankTraffic> traffic(static_cast<std::size_t>(map.n_ranks()));
   const auto rank_at = [&](int rank) -> RankTraffic& { return traffic[static_cast<std::size_t>(rank)]; };
   for (std::size_t t = 0; t < load.size(); ++t) {
@@ -126,6 +127,10 @@ std::vector<RankTraffic> predict_traffic(const GridGeometry& grid, const TileMap
     if (to == rank || bytes == 0) return;
     rank_at(rank).bytes_add += bytes;
     rank_at(to).bytes_get += bytes;
+    if (ranks_per_node > 0 && rank / ranks_per_node != to / ranks_per_node) {
+      rank_at(rank).bytes_off_node += bytes;
+      rank_at(to).bytes_off_node += bytes;
+    }
     routes.emplace_back(rank, to);
   });
   std::sort(routes.begin(), routes.end());

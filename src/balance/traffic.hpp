@@ -20,11 +20,14 @@ struct RankTraffic {
   GlobalIndex bytes_get = 0;       ///< it sends back, as an owner
   int messages_add = 0, messages_get = 0;
   int n_neighbours = 0;  ///< other ranks that it sends to or receives from
+  GlobalIndex bytes_off_node = 0;  ///< of bytes_add and bytes_get, those to ranks of other nodes
 };
 
 /// Exact for particles as the load has them: the pools, bytes and messages are those that Exchange would make. Not
 /// collective.
-std::vector<RankTraffic> predict_traffic(const GridGeometry& grid, const TileMap& map, const TileLoad& load);
+/// `ranks_per_node`: that many ranks that follow each other share a node; 0: all ranks do.
+std::vector<RankTraffic> predict_traffic(const GridGeometry& grid, const TileMap& map, const TileLoad& load,
+                                         int ranks_per_node = 0);
 
 /// Seconds of a step that the bytes and messages of the busiest rank take, in all its exchanges. Not collective.
 double predicted_exchange(const std::vector<RankTraffic>& traffic, const CostModel& cost);

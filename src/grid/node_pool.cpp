@@ -90,9 +90,7 @@ PoolLayout::PoolLayout(const GridGeometry& grid, std::vector<TileIndex> tiles, i
   BULKLEY_ASSERT(tiles_.front() >= 0 && tiles_.back() < grid.n_tiles());
   const int overlap = width - tile_width;  // columns of a block that the previous tile column reaches too
 
-  first_tile_ = tiles_.front();
-  slot_of_tile_.assign(static_cast<std::size_t>(tiles_.back() - first_tile_) + 1, -1);
-  for (std::size_t t = 0; t < tiles_.size(); ++t) slot_of_tile_[tiles_[t] - first_tile_] = static_cast<LocalIndex>(t);
+  slots_ = SlotTable(tiles_);
 
   const std::vector<TileColumn> columns = columns_of(grid, tiles_);
   std::vector<Block> blocks = blocks_of(columns);
@@ -147,7 +145,7 @@ PoolLayout::PoolLayout(const GridGeometry& grid, std::vector<TileIndex> tiles, i
 
 std::size_t PoolLayout::memory() const {
   return tiles_.capacity() * sizeof(TileIndex) + rows_.capacity() * sizeof(NodeRow) +
-         (row_offset_.capacity() + slot_of_tile_.capacity()) * sizeof(LocalIndex);
+         row_offset_.capacity() * sizeof(LocalIndex) + slots_.memory();
 }
 
 }  // namespace bulkley

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "grid/grid_geometry.hpp"
+#include "grid/slot_table.hpp"
 
 namespace bulkley {
 
@@ -57,10 +58,7 @@ class PoolLayout {
   const std::vector<NodeRow>& rows() const { return rows_; }
   LocalIndex n_nodes() const { return n_nodes_; }
   /// Position of `tile` in tiles(), or -1.
-  LocalIndex slot(TileIndex tile) const {
-    const TileIndex relative = tile - first_tile_;
-    return relative >= 0 && relative < static_cast<TileIndex>(slot_of_tile_.size()) ? slot_of_tile_[relative] : -1;
-  }
+  LocalIndex slot(TileIndex tile) const { return slots_.slot(tile); }
   /// width^2 offsets per slot.
   std::span<const LocalIndex> row_offsets() const { return row_offset_; }
   std::size_t memory() const;
@@ -69,8 +67,7 @@ class PoolLayout {
   std::vector<TileIndex> tiles_;
   std::vector<NodeRow> rows_;
   std::vector<LocalIndex> row_offset_;
-  std::vector<LocalIndex> slot_of_tile_;  ///< by tile index - first_tile_
-  TileIndex first_tile_ = 0;
+  SlotTable slots_;
   LocalIndex n_nodes_ = 0;
 };
 

@@ -7,10 +7,18 @@
 
 namespace bulkley {
 
-TileMap::TileMap(int n_ranks, std::vector<std::int32_t> owners) : n_ranks_(n_ranks), owners_(std::move(owners)) {
+TileMap::TileMap(int n_ranks, std::vector<std::int32_t> owners) : n_ranks_(n_ranks), stored_(std::move(owners)) {
   BULKLEY_ASSERT(n_ranks >= 1);
-  BULKLEY_ASSERT(
-      std::all_of(owners_.begin(), owners_.end(), [&](std::int32_t rank) { return rank >= 0 && rank < n_ranks; }));
+  const Owners& all = std::get<Owners>(stored_);
+  BULKLEY_ASSERT(std::all_of(all.begin(), all.end(), [&](std::int32_t rank) { return rank >= 0 && rank < n_ranks; }));
+}
+
+TileMap::TileMap(CutTree tree) : n_ranks_(tree.n_ranks()), stored_(std::move(tree)) {}
+
+TileIndex TileMap::n_tiles() const {
+  if (const auto* owners = std::get_if<Owners>(&stored_)) return static_cast<TileIndex>(owners->size());
+  const Int3& n = std::get<CutTree>(stored_).n_tiles();
+  return n[0] * n[1] * n[2];
 }
 
 std::vector<TileIndex> TileMap::owned_tiles(std::int32_t rank) const {
@@ -20,17 +28,70 @@ std::vector<TileIndex> TileMap::owned_tiles(std::int32_t rank) const {
   return tiles;
 }
 
+bool TileMap::operator==(const TileMap& other) const {
+  if (n_ranks_ != other.n_ranks_ || n_tiles() != other.n_tiles()) return false;
+  if (stored_ == other.stored_) return true;
+  for (TileIndex tile = 0; tile < n_tiles(); ++tile)
+    if (owner(tile) != other.owner(tile)) return false;
+  return true;
+}
+
 std::uint64_t TileMap::fingerprint() const {
   constexpr std::uint64_t prime = 1099511628211u;  // FNV-1a, a number at a time
   std::uint64_t hash = 14695981039346656037u;
-  hash = (hash ^ static_cast<std::uint32_t>(n_ranks_)) * prime;
-  for (const std::int32_t rank : owners_) hash = (hash ^ static_cast<std::uint32_t>(rank)) * prime;
-  return (hash ^ owners_.size()) * prime;
+  const auto add = [&hash](std::uint64_t number) { hash = (hash ^ number) * prime; };
+  add(static_cast<std::uint32_t>(n_ranks_));
+  if (const auto* owners = std::get_if<Owners>(&stored_)) {
+    for (const std::int32_t rank : *owners) add(static_cast<std::uint32_t>(rank));
+  } else {
+    const auto& cuts = std::get<CutTree>(stored_);
+    for (const int n : cuts.n_tiles()) add(static_cast<std::uint32_t>(n));
+    for (const Cut cut : cuts.cuts()) {
+      add(cut.bits() >> 32);
+      add(cut.bits() & 0xffffffffu);
+    }
+  }
+  add(static_cast<std::uint64_t>(n_tiles()));
+  return hash;
 }
 
-std::vector<std::int32_t> TileMap::pack() && { return std::exchange(owners_, {}); }
+// The last number says what the others are.
+std::vector<std::int32_t> TileMap::pack() && {
+  std::vector<std::int32_t> packed;
+  if (auto* owners = std::get_if<Owners>(&stored_)) {
+    packed = std::exchange(*owners, {});
+    packed.push_back(0);
+    return packed;
+  }
+  const auto tree = std::exchange(std::get<CutTree>(stored_), {});
+  packed.reserve(2 * tree.cuts().size() + 4);
+  for (const Cut cut : tree.cuts()) {
+    packed.push_back(static_cast<std::int32_t>(cut.bits() >> 32));
+    packed.push_back(static_cast<std::int32_t>(cut.bits() & 0xffffffffu));
+  }
+  packed.insert(packed.end(), tree.n_tiles().begin(), tree.n_tiles().end());
+  packed.push_back(1);
+  return packed;
+}
 
-TileMap TileMap::unpack(int n_ranks, std::vector<std::int32_t> packed) { return {n_ranks, std::move(packed)}; }
+TileMap TileMap::unpack(int n_ranks, std::vector<std::int32_t> packed) {
+  const bool is_tree = packed.back() == 1;
+  packed.pop_back();
+  if (!is_tree) return {n_ranks, std::move(packed)};
+  Int3 n_tiles;
+  std::copy_n(packed.end() - 3, 3, n_tiles.begin());
+  std::vector<Cut> cuts;
+  for (std::size_t n = 0; n + 3 < packed.size(); n += 2)
+    cuts.push_back(Cut::of_bits(std::uint64_t{static_cast<std::uint32_t>(packed[n])} << 32 |
+                                static_cast<std::uint32_t>(packed[n + 1])));
+  BULKLEY_ASSERT(static_cast<int>(cuts.size()) + 1 == n_ranks);
+  return TileMap(CutTree(n_tiles, std::move(cuts)));
+}
+
+std::size_t TileMap::memory() const {
+  if (const auto* owners = std::get_if<Owners>(&stored_)) return owners->capacity() * sizeof(std::int32_t);
+  return std::get<CutTree>(stored_).cuts().capacity() * sizeof(Cut);
+}
 
 Int3 separable_tiles(const GridGeometry& grid) {
   Int3 n;

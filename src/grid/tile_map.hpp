@@ -3,46 +3,53 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <variant>
 #include <vector>
 
-#include "grid/grid_geometry.hpp"
+#include "grid/cut_tree.hpp"
 
 namespace bulkley {
 
 /// The owner of every tile of a grid: the rank that holds the tile's particles. A value, the same on every rank; ranks may
-/// own nothing. What it stores is its own affair (at present 4 bytes a tile; a map made of the splitters of a curve would
-/// need a key a rank), so the rest of the program asks for owners and never holds a table of them.
-/// No function is collective.
+/// own nothing. What it stores is its own affair, a rank for each tile (4 bytes a tile) or a tree of cuts (8 bytes a rank), so
+/// the rest of the program asks for owners and never holds a table of them. No function is collective.
 class TileMap {
  public:
   /// No tiles, one rank.
   TileMap() = default;
   /// `owners`: rank by TileIndex, each in [0, n_ranks).
   TileMap(int n_ranks, std::vector<std::int32_t> owners);
+  explicit TileMap(CutTree tree);
 
   int n_ranks() const { return n_ranks_; }
-  TileIndex n_tiles() const { return static_cast<TileIndex>(owners_.size()); }
+  TileIndex n_tiles() const;
   /// Precondition: 0 <= tile < n_tiles().
-  std::int32_t owner(TileIndex tile) const { return owners_[static_cast<std::size_t>(tile)]; }
+  std::int32_t owner(TileIndex tile) const {
+    if (const auto* owners = std::get_if<Owners>(&stored_)) return (*owners)[static_cast<std::size_t>(tile)];
+    return std::get<CutTree>(stored_).owner(tile);
+  }
+  /// The cuts that the map is made of; none where it has a table. Valid as long as the map is.
+  const CutTree* tree() const { return std::get_if<CutTree>(&stored_); }
   /// The tiles of one rank, ascending.
   std::vector<TileIndex> owned_tiles(std::int32_t rank) const;
 
-  /// Whether every tile has the same owner, out of as many ranks.
-  bool operator==(const TileMap& other) const = default;
-  /// A hash of all that operator== compares: ranks compare it to see that they agree.
+  /// Whether every tile has the same owner, out of as many ranks. Visits all tiles, unless what is stored is the same.
+  bool operator==(const TileMap& other) const;
+  /// A hash of what is stored: ranks compare it to see that they agree.
   std::uint64_t fingerprint() const;
 
-  /// The map as numbers, to send it to other ranks. Moves them out: no copy is made.
+  /// The map as numbers, to send it to other ranks. Moves them out of the map.
   std::vector<std::int32_t> pack() &&;
   /// The map among n_ranks that such numbers came from.
   static TileMap unpack(int n_ranks, std::vector<std::int32_t> packed);
 
   /// Bytes on this rank.
-  std::size_t memory() const { return owners_.capacity() * sizeof(std::int32_t); }
+  std::size_t memory() const;
 
  private:
+  using Owners = std::vector<std::int32_t>;  ///< by TileIndex
   int n_ranks_ = 1;
-  std::vector<std::int32_t> owners_;  ///< by TileIndex
+  std::variant<Owners, CutTree> stored_;
 };
 
 /// Tiles along each axis that may go to different ranks. A node just behind a wall and its image just in front of it have

@@ -33,7 +33,8 @@ Balancer::Balancer(const Comm& comm, const PartitionSettings& settings, CostMode
 void Balancer::after_step(Solver& solver, GlobalIndex step) {
   if (comm_.size() == 1) return;
   const bool forced = settings_.remake_interval > 0 && step % settings_.remake_interval == 0;
-  if (!forced && !(settings_.method == PartitionMethod::automatic && check_is_due(solver, step))) return;
+  const bool follows = settings_.method == PartitionMethod::automatic || settings_.method == PartitionMethod::bisection;
+  if (!forced && !(follows && check_is_due(solver, step))) return;
 
   const double begin = MPI_Wtime();
   PartitionProposal proposal;

@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "rebalance/bisection_partitioner.hpp"
 #include "rebalance/root_partitioner.hpp"
 
 namespace bulkley {
@@ -27,6 +28,7 @@ PartitionProposal Partitioner::propose(const Comm& comm, const PartitionRequest&
 }
 
 std::unique_ptr<Partitioner> make_partitioner(const PartitionSettings& settings) {
+  if (settings.method == PartitionMethod::bisection) return std::make_unique<BisectionPartitioner>();
   return std::make_unique<RootPartitioner>(settings);
 }
 

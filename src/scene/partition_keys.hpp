@@ -10,6 +10,7 @@ inline config::Names<PartitionMethod> names(config::Of<PartitionMethod>) {
   return {{"uniform", PartitionMethod::uniform},
           {"ranges", PartitionMethod::ranges},
           {"hilbert", PartitionMethod::hilbert},
+          {"bisection", PartitionMethod::bisection},
           {"metis", PartitionMethod::metis},
           {"auto", PartitionMethod::automatic}};
 }
@@ -19,20 +20,21 @@ inline const config::Keys<PartitionSettings>& keys(config::Of<PartitionSettings>
       config::Keys<PartitionSettings>("How tiles are assigned to ranks; no result depends on it.")
           .key("method", &PartitionSettings::method,
                {.about = "uniform: equal parts of the grid; ranges: boxes of the grid of about equal cost; "
-                         "hilbert: tiles of 4 x 4 x 4 nodes in the order of a Hilbert curve; metis: tiles grouped with few "
+                         "hilbert: tiles of 4 x 4 x 4 nodes in the order of a Hilbert curve; bisection: regions by recursive "
+                         "cuts of equal load, made without a root, which move only where loads ask for it; metis: tiles grouped with few "
                          "shared nodes; auto: the method with the fastest predicted step, changed when that pays. The first "
                          "two need "
                          "a box of tiles for each rank, the others work on any number of ranks."})
           .key("decision_interval", &PartitionSettings::decision_interval,
                {.about =
-                    "Steps between the imbalance checks of auto; more where checks would take over 1 % of the time. A check "
-                    "is made earlier when the most loaded rank grows. 0: the initial map is kept.",
+                    "Steps between the imbalance checks of auto and bisection; more where checks would take over 1 % of the "
+                    "time. A check is made earlier when the most loaded rank grows. 0: the initial map is kept.",
                 .unit = "steps",
                 .range = config::at_least(0.0)})
           .key("remake_interval", &PartitionSettings::remake_interval,
                {.about =
                     "Steps between repartitions by the method, without regard to their benefit; 0: none. Then every method "
-                    "except auto keeps the initial map.",
+                    "except auto and bisection keeps the initial map.",
                 .unit = "steps",
                 .range = config::at_least(0.0)});
   return table;

@@ -191,8 +191,7 @@ TileCensus seeded_census(const Comm& comm, const Scene& scene) {
   add(census);
   if (comm.is_root()) {  // the feeds at the start, which are few
     ParticleSet fed(optional_fields(scene));
-    const std::vector<std::int32_t> owners(static_cast<std::size_t>(scene.grid.n_tiles()), 0);
-    append_first_layers(physics_of(scene), TileMap(1, owners), 0, fed);
+    append_first_layers(physics_of(scene), TileMap(CutTree(scene.grid)), 0, fed);
     add(take_census(scene.grid, fed, all.n_materials));
   }
   return all;

@@ -14,7 +14,7 @@ namespace bulkley {
 namespace {
 
 constexpr PartitionMethod all_methods[] = {PartitionMethod::uniform, PartitionMethod::ranges, PartitionMethod::hilbert,
-                                           PartitionMethod::metis, PartitionMethod::automatic};
+                                           PartitionMethod::bisection, PartitionMethod::metis, PartitionMethod::automatic};
 
 class BalancerTest : public testing::Test {
  protected:

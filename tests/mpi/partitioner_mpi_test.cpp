@@ -92,7 +92,10 @@ TEST_F(PartitionerTest, EveryRankComputesTheSameMap) {
 // With boxes and without.
 TEST_F(PartitionerTest, SharingGivesEveryRankTheRootsPartition) {
   for (const GridGeometry& shape : {grid_of_cells({50, 60, 70}), grid_of_cells({4, 4, 4}, {true, true, true})}) {
-    const Partition whole = make_partition(shape, {PartitionMethod::hilbert}, tile_load(random_load(shape, 3)), comm.size());
+    const TileLoad load = tile_load(random_load(shape, 3));
+    const Partition cuts = make_partition(shape, {PartitionMethod::bisection}, load, comm.size());
+    EXPECT_EQ(share_partition(comm, comm.is_root() ? cuts : Partition{}).map, cuts.map);
+    const Partition whole = make_partition(shape, {PartitionMethod::hilbert}, load, comm.size());
     ASSERT_EQ(whole.boxes.has_value(), comm.size() == 1 || shape.n_tiles() > 1);
     Partition other;  // what a rank has before must not matter
     other.boxes.emplace().n_ranks = {7, 7, 7};
@@ -114,7 +117,8 @@ TEST_F(PartitionerTest, TheSceneOnesMapIsThatOfAllParticles) {
     all.cells[t] = (std::uint64_t{1} << comm.size()) - 1;
   }
   const TileLoad load = tile_load(all, cost);
-  for (const PartitionMethod method : {PartitionMethod::hilbert, PartitionMethod::automatic}) {
+  for (const PartitionMethod method :
+       {PartitionMethod::hilbert, PartitionMethod::bisection, PartitionMethod::automatic}) {
     const auto partitioner = make_partitioner(by(method));
     const PartitionProposal first = partitioner->propose(comm, {grid, mine, cost});
     ASSERT_TRUE(first.partition);

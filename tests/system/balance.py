@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""What `bulkley partition` predicts of 8 ranks is what a run on 8 ranks measures; and auto keeps a moving jet balanced."""
+"""What `bulkley partition` predicts of 8 ranks is what a run on 8 ranks measures; and auto and bisection keep a moving jet
+balanced."""
 
 import csv
 import pathlib
@@ -76,19 +77,21 @@ class Test:
         fixed = self.run("fixed", STEPS, "partition.method=metis")
         if int(fixed[STEPS]["repartitions"]) != 0 or float(fixed[STEPS]["imbalance"]) < 1.6:
             fail("the jet does not leave the map of the start: this test shows nothing")
-        # auto weighs measured times, which on too few cores may mislead it in one run, hardly in three.
-        if not any(self.auto_follows(attempt, fixed) for attempt in range(ATTEMPTS)):
-            fail("auto does not follow the jet, or moves too much")
+        # Measured times, which on too few cores may mislead in one run, hardly in three.
+        for method in ("auto", "bisection"):
+            if not any(self.follows(method, attempt, fixed) for attempt in range(ATTEMPTS)):
+                fail(f"{method} does not follow the jet, or moves too much")
 
-    def auto_follows(self, attempt, fixed):
-        moving = self.run(f"auto_{attempt}", STEPS, "partition.method=auto")
+    def follows(self, method, attempt, fixed):
+        moving = self.run(f"{method}_{attempt}", STEPS, f"partition.method={method}")
         last = moving[STEPS]
         n_maps = int(last["repartitions"])
         mean = sum(float(row["imbalance"]) for row in moving.values()) / len(moving)
         by_map = int(last["moved_particles"]) / int(last["particles"]) / max(n_maps, 1)
-        print(f"auto: mean imbalance {mean:.3f}, {n_maps} maps, each moving {by_map:.3f} of the particles; "
+        print(f"{method}: mean imbalance {mean:.3f}, {n_maps} maps, each moving {by_map:.3f} of the particles; "
               f"the map of the start ends at {fixed[STEPS]['imbalance']}")
-        return n_maps >= 2 and mean <= 1.25 and by_map <= 0.1
+        # A cut near the root takes along what lies below it; on 8 ranks all are near it.
+        return n_maps >= 2 and mean <= 1.25 and (by_map <= 0.1 or method == "bisection")
 
 
 def main():

@@ -11,15 +11,16 @@ from bulkley_program import fail, parse_arguments, start  # noqa: E402
 SCENES = pathlib.Path(__file__).resolve().parents[2] / "drivers" / "scenes"
 BALL = str(SCENES / "partition_ball.toml")
 COARSE = ["--set", "domain.cell_size=0.015625"]
-METHODS = ["uniform", "ranges", "hilbert", "metis", "auto"]
+METHODS = ["uniform", "ranges", "hilbert", "bisection", "metis", "auto"]
 MOVED = ["handed on", "straight"]  # the ways in which auto moves few tiles
+CUTS = ["bisection", "kept within 2 %", "made anew"]  # cuts that bisection moves: few, more, all
 COLUMNS = ["ranks", "method", "chosen", "load_max_over_mean", "particles_max_over_mean", "halo_over_worked_nodes",
-           "neighbours_mean", "neighbours_max", "sent_mean [B]", "sent_max [B]", "messages_mean", "messages_max",
+           "neighbours_mean", "neighbours_max", "sent_mean [B]", "sent_max [B]", "sent_off_node_fraction", "messages_mean", "messages_max",
            "predicted_step [s]", "moved_fraction", "partition_time [s]", "n_particles", "n_tiles", "cells_x", "cells_y",
            "cells_z"]
 # Of 64 ranks with at least 100 tiles each.
-LARGEST_UNEVENNESS = {"hilbert": 1.01, "metis": 1.05}
-LARGEST_HALO = {"hilbert": 0.47, "metis": 0.46}
+LARGEST_UNEVENNESS = {"hilbert": 1.01, "bisection": 1.01, "metis": 1.05}
+LARGEST_HALO = {"hilbert": 0.47, "bisection": 0.46, "metis": 0.46}
 
 
 class Test:
@@ -76,14 +77,29 @@ def check_quality(test):
         expect(number["uniform"]["load_max_over_mean"] > 5.0, f"{scene}: uniform boxes are even, so this compares nothing")
         expect(number["metis"]["halo_over_worked_nodes"] <= number["hilbert"]["halo_over_worked_nodes"],
                f"{scene}: METIS has the larger halo")
-        fastest = min(number[m]["predicted_step [s]"] for m in ("ranges", "hilbert", "metis"))
+        fastest = min(number[m]["predicted_step [s]"] for m in ("ranges", "hilbert", "bisection", "metis"))
         chosen = found["auto"]["chosen"]
-        expect(chosen in ("ranges", "rebalanced ranges", "hilbert", "metis"), f"{scene}: auto does not say what it chose")
+        expect(chosen in ("ranges", "rebalanced ranges", "hilbert", "bisection", "metis"),
+               f"{scene}: auto does not say what it chose")
         slack = 1.02 if chosen.endswith("ranges") else 1.0  # boxes are kept until another map is 2 % faster
         expect(number["auto"]["predicted_step [s]"] <= slack * fastest, f"{scene}: auto is not the fastest")
         for row in rows:
             expect(row["cells_x"] == "256" and float(row["n_particles"]) > 3e6 and row["moved_fraction"] == "",
                    f"{scene}: {row}")
+
+
+def check_nodes(test):
+    """Without a map to follow, parts keep the partitioner's numbers, and near ones lie near each other: few bytes leave a
+    node of consecutive ranks. One node has no other, and ranks alone on their nodes send all bytes to others."""
+    arguments = [BALL, "-n", "512", "--methods", "metis,hilbert", "--ranks-per-node"]
+    for ranks, low, high in (("64", 0.05, 0.25), ("1", 1.0, 1.0), ("512", 0.0, 0.0)):
+        rows, text = test.rows([*arguments, ranks])
+        for row in rows:
+            part = float(row["sent_off_node_fraction"])
+            expect(low <= part <= high, f"{row['method']}, nodes of {ranks} ranks: {part} of the bytes leave them")
+            expect(f" {100 * part:.1f} " in text, "the table does not say which part of the bytes leaves a node")
+    rows, _ = test.rows(arguments[:-1])
+    expect(all(row["sent_off_node_fraction"] == "" for row in rows), "bytes between nodes although there are none")
 
 
 def check_lists(test):
@@ -106,6 +122,9 @@ def check_refusals(test):
     for ranks in ("0", "-3", "8,,64", "8x", "1e3", "99999999"):
         test.refuses([BALL, f"--ranks={ranks}"], "--ranks:", "whole number")
     test.refuses([BALL, "-n", "8", "--methods", "metis,hilbrt"], "--methods:", "did you mean 'hilbert'?")
+    for number in ("0", "-1", "many"):
+        expect("--ranks-per-node" in test.table([BALL, "-n", "8", f"--ranks-per-node={number}"], code=2),
+               f"--ranks-per-node={number} is not refused by its name")
     test.refuses([BALL, "-n", "8", "--frame", "nowhere.h5"], "nowhere.h5", "no such file")
     test.refuses([BALL, "-n", "8"], "runs on one rank", ranks=2)
     text = test.table([BALL], code=2)
@@ -122,8 +141,11 @@ def check_snapshots(test):
     scene = [BALL, *COARSE]
     start_rows, _ = test.rows([*scene, "-n", "8"])
     rows, _ = test.rows([*scene, "-n", "8", "--frame", late, "--before", late])
-    expect([row["method"] for row in rows] == [*METHODS, "auto", "auto"] and [row["chosen"] for row in rows[-2:]] == MOVED,
+    methods = [*METHODS, "auto", "auto"]
+    methods[methods.index("bisection"):1 + methods.index("bisection")] = ["bisection"] * 3
+    expect([row["method"] for row in rows] == methods and [row["chosen"] for row in rows[-2:]] == MOVED,
            f"no rows of auto with few tiles moved, {MOVED}")
+    expect([row["chosen"] for row in rows if row["method"] == "bisection"] == CUTS, f"no rows of {CUTS}")
     for row in rows:
         # auto's map of boxes need not be even, and is rebalanced.
         expect(float(row["moved_fraction"]) <= (0.02 if row["chosen"] in MOVED else 0.0),
@@ -134,8 +156,11 @@ def check_snapshots(test):
         expect(f"auto ({way})" in text, f"no row of auto ({way})")
     for row in rows:
         expect(0.0 <= float(row["moved_fraction"]) < 1.0, f"moved_fraction: {row}")
-        if row["method"] in ("hilbert", "metis"):
+        if row["method"] in ("hilbert", "metis") or row["chosen"] == "made anew":
             expect(float(row["moved_fraction"]) > 0.0, f"the ball falls and no particle changes ranks: {row}")
+    moved = {row["chosen"]: float(row["moved_fraction"]) for row in rows if row["method"] == "bisection"}
+    expect(moved["bisection"] <= moved["kept within 2 %"] <= moved["made anew"] and moved["bisection"] < moved["made anew"],
+           f"cuts that are kept do not save moves: {moved}")
 
     other = (pathlib.Path(BALL).read_text(encoding="utf-8").replace("[materials.fluid]", "[materials.honey]")
              .replace('material = "fluid"', 'material = "honey"'))
@@ -150,6 +175,7 @@ def main():
     program, work = start(parse_arguments(__doc__))
     test = Test(program, work)
     check_quality(test)
+    check_nodes(test)
     check_lists(test)
     check_refusals(test)
     check_snapshots(test)

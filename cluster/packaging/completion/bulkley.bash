@@ -20,7 +20,7 @@ _bulkley() {
     case "$command" in
       run) words="--set --out --restart --changed-scene --max-steps --max-walltime --overwrite --quiet --help" ;;
       check) words="--set -n --ranks --help" ;;
-      partition) words="--set -n --ranks --methods --frame --before --csv --help" ;;
+      partition) words="--set -n --ranks --methods --frame --before --ranks-per-node --csv --help" ;;
       info) words="--help" ;;
       compare) words="--tolerance --help" ;;
       convert) words="--to --out --fields --region --every --frames --help" ;;

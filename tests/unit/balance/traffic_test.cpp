@@ -56,6 +56,29 @@ TEST(Traffic, CountsWorkAndHalo) {
     });
 }
 
+TEST(Traffic, CountsWhatLeavesNodesOfConsecutiveRanks) {
+  int n_between = 0;
+  for_each_case(6, [&](const TrafficCase& c) {
+    const auto off_node = [&](int ranks_per_node) {
+      std::vector<GlobalIndex> bytes;
+      for (const RankTraffic& rank : predict_traffic(c.grid, c.map, c.load, ranks_per_node))
+        bytes.push_back(rank.bytes_off_node);
+      return bytes;
+    };
+    std::vector<GlobalIndex> all, none(6, 0);
+    for (const RankTraffic& rank : predict_traffic(c.grid, c.map, c.load)) all.push_back(rank.bytes_add + rank.bytes_get);
+    EXPECT_EQ(off_node(0), none);
+    EXPECT_EQ(off_node(6), none);
+    EXPECT_EQ(off_node(1), all);
+    // What one of two nodes sends as sums comes back as velocities.
+    const std::vector<GlobalIndex> two = off_node(4);
+    EXPECT_EQ(two[0] + two[1] + two[2] + two[3], two[4] + two[5]);
+    for (std::size_t rank = 0; rank < 6; ++rank) EXPECT_LE(two[rank], all[rank]);
+    for (std::size_t rank = 0; rank < 4; ++rank) n_between += two[rank] > 0 && two[rank] < all[rank];
+  });
+  EXPECT_GT(n_between, 0);
+}
+
 TEST(Traffic, TheSlowestRankIsTheStep) {
   CostModel cost;
   cost.byte = 3.0;

@@ -137,6 +137,33 @@ TEST(Pool, SlotOfATileThatIsNotThere) {
   EXPECT_EQ(pool.slot(7), -1);
 }
 
+// Compact sets, sets in two pieces at opposite corners of a large grid, and strides that all tiles share.
+TEST(Pool, SlotsAreThoseOfASearchThroughTheTiles) {
+  const GridGeometry grid = grid_of_tiles({512, 256, 256}, SplineOrder::quadratic);
+  std::mt19937 random(4);
+  for (int n_tiles : {1, 2, 3, 64, 1000, 4096})
+    for (int kind = 0; kind < 4; ++kind) {
+      std::set<TileIndex> chosen;
+      while (static_cast<int>(chosen.size()) < n_tiles) {
+        const auto n = static_cast<TileIndex>(random() % (3 * static_cast<unsigned>(n_tiles)));
+        chosen.insert(kind == 0   ? n
+                      : kind == 1 ? n % 2 == 0 ? n : grid.n_tiles() - n
+                      : kind == 2 ? n * 256 % grid.n_tiles()
+                                  : static_cast<TileIndex>(random() % static_cast<unsigned>(grid.n_tiles())));
+      }
+      const std::vector<TileIndex> tiles(chosen.begin(), chosen.end());
+      const SlotTable table(tiles);
+      EXPECT_LE(table.memory(), 32 * tiles.size());
+      for (std::size_t t = 0; t < tiles.size(); ++t) {
+        ASSERT_EQ(table.slot(tiles[t]), static_cast<LocalIndex>(t));
+        for (const TileIndex other : {tiles[t] - 1, tiles[t] + 1, static_cast<TileIndex>(random() % 33554432u)})
+          if (chosen.count(other) == 0) {
+            ASSERT_EQ(table.slot(other), -1);
+          }
+      }
+    }
+}
+
 TEST(Pool, NoTiles) {
   const PoolLayout pool(grid_of_tiles({2, 2, 2}, SplineOrder::quadratic), {});
   EXPECT_EQ(pool.n_nodes(), 0);

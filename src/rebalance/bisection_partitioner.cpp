@@ -1,0 +1,156 @@
+#include "rebalance/bisection_partitioner.hpp"
+
+#include <algorithm>
+#include <array>
+#include <tuple>
+
+namespace bulkley {
+
+namespace {
+
+constexpr double least_gain = 0.02;  // of the load of the most loaded rank
+
+// Particles of a material that a rank has in a tile.
+struct CensusItem {
+  TileIndex tile;
+  std::int32_t material;
+  GlobalIndex count;
+  std::uint64_t cells;
+};
+static_assert(sizeof(CensusItem) == 24 && sizeof(TileRecord) == 32, "they are sent as bytes, without padding");
+
+int home_of(TileIndex tile, const TileMap* present, int n_ranks) {
+  if (present) return present->owner(tile);
+  constexpr std::uint32_t spreading = 2654435769u;  // 2^32 over the golden ratio
+  return static_cast<int>(std::uint64_t{static_cast<std::uint32_t>(tile) * spreading} * static_cast<unsigned>(n_ranks) >> 32);
+}
+
+TileCensus census_of(std::vector<CensusItem> items, int n_materials) {
+  std::sort(items.begin(), items.end(), [](const CensusItem& a, const CensusItem& b) { return a.tile < b.tile; });
+  TileCensus census;
+  census.n_materials = n_materials;
+  const auto n = static_cast<std::size_t>(n_materials);
+  for (const CensusItem& item : items) {
+    if (census.tile.empty() || census.tile.back() != item.tile) {
+      census.tile.push_back(item.tile);
+      census.cells.push_back(0);
+      census.count.resize(census.count.size() + n, 0);
+    }
+    census.cells.back() |= item.cells;
+    census.count[census.count.size() - n + static_cast<std::size_t>(item.material)] += item.count;
+  }
+  return census;
+}
+
+// A tree, and what it would mean for the most loaded and the busiest rank.
+struct Candidate {
+  CutTree tree;
+  GlobalIndex largest_load = 0, busiest_moves = 0;  // ps; particles that a rank sends or receives
+};
+
+}  // namespace
+
+CutTree bisected_together(const Comm& comm, const GridGeometry& grid, std::vector<TileRecord>& records,
+                          const KeptCuts& kept, SentMessages& sent) {
+  RankRange range(comm, 0, comm.size(), sent);
+  GlobalIndex total = 0;
+  for (const TileRecord& record : records) total += record.weight;
+  range.combine({&total, 1}, 1);
+  if (total == 0) return kept.present ? *kept.present : even_cuts(grid, comm.size());
+
+  const Bisection bisection(grid, comm.size(), total, kept);
+  std::uint64_t mine = 0;  // the cut between this rank and the next
+  for (int depth = 0; range.size() > 1; ++depth) {
+    const Cut cut = bisection.cut(records, range.first(), range.size(), depth, range);
+    if (CutTree::cut_of(range.first(), range.size()) == static_cast<std::size_t>(comm.rank())) mine = cut.bits();
+    range.divide(records, [&](const TileRecord& record) { return cut.below(record.at); });
+    range = range.half();
+  }
+  std::vector<std::uint64_t> all(static_cast<std::size_t>(comm.size()));
+  BULKLEY_MPI(MPI_Allgather(&mine, 1, MPI_UINT64_T, all.data(), 1, MPI_UINT64_T, comm.get()));
+  std::vector<Cut> cuts;
+  for (std::size_t n = 0; n + 1 < all.size(); ++n) cuts.push_back(Cut::of_bits(all[n]));
+  return {grid, std::move(cuts)};
+}
+
+TileCensus merged_census(const Comm& comm, const TileCensus& local, const TileMap* present, SentMessages& sent) {
+  std::vector<CensusItem> items;
+  GlobalIndex all_at_home = 1;
+  const auto n_materials = static_cast<std::size_t>(local.n_materials);
+  for (std::size_t t = 0; t < local.size(); ++t) {
+    if (home_of(local.tile[t], present, comm.size()) != comm.rank()) all_at_home = 0;
+    for (std::size_t m = 0; m < n_materials; ++m)
+      if (const GlobalIndex count = local.count[t * n_materials + m]; count > 0)
+        items.push_back({local.tile[t], static_cast<std::int32_t>(m), count, local.cells[t]});
+  }
+  RankRange range(comm, 0, comm.size(), sent);
+  range.combine({&all_at_home, 1}, 0);
+  if (all_at_home != 0) return local;
+  for (; range.size() > 1; range = range.half()) {
+    const int end = range.first() + CutTree::n_below(range.size());
+    range.divide(items, [&](const CensusItem& item) { return home_of(item.tile, present, comm.size()) < end; });
+  }
+  return census_of(std::move(items), local.n_materials);
+}
+
+PartitionProposal BisectionPartitioner::find(const Comm& comm, const PartitionRequest& request) {
+  const GridGeometry& grid = request.grid;
+  const TileMap* const present = request.present ? &request.present->map : nullptr;
+  const CutTree* const old = present ? present->tree() : nullptr;
+  SentMessages sent;
+  const TileLoad load = tile_load(merged_census(comm, request.census, present, sent), request.cost);
+  std::vector<TileRecord> records = records_of(grid, load);
+  for (TileRecord& record : records) record.owner = comm.rank();
+  const GlobalIndex n_here = std::accumulate(load.count.begin(), load.count.end(), GlobalIndex{0});
+  const auto tried = [&](const KeptCuts& kept) {
+    std::vector<TileRecord> moved = records;
+    Candidate candidate{bisected_together(comm, grid, moved, kept, sent)};
+    GlobalIndex here = 0, n_stay = 0, n_arrive = 0;
+    for (const TileRecord& record : moved) {
+      here += record.weight;
+      (record.owner == comm.rank() ? n_stay : n_arrive) += record.count;
+    }
+    std::array<GlobalIndex, 2> largest{here, n_here - n_stay + n_arrive};
+    BULKLEY_MPI(MPI_Allreduce(MPI_IN_PLACE, largest.data(), 2, MPI_INT64_T, MPI_MAX, comm.get()));
+    candidate.largest_load = largest[0];
+    if (present) candidate.busiest_moves = largest[1];
+    return candidate;
+  };
+
+  PartitionProposal proposal;
+  proposal.notes.method = PartitionMethod::bisection;
+  const auto propose = [&](Candidate candidate) {
+    if (old && candidate.tree == *old) return;
+    proposal.partition = Partition{TileMap(std::move(candidate.tree)), {}};
+    proposal.busiest_moves = candidate.busiest_moves;
+  };
+  if (!present || !request.horizon) {
+    propose(tried({old}));
+    return proposal;
+  }
+  const auto seconds = [](GlobalIndex picoseconds) { return 1e-12 * static_cast<double>(picoseconds); };
+  const double now = seconds(max_global(comm, load.total()));
+  const double mean = seconds(sum_global(comm, load.total())) / comm.size();
+  const GlobalIndex heaviest = load.size() > 0 ? *std::max_element(load.weight.begin(), load.weight.end()) : 0;
+  const double reachable = std::max(target_imbalance * mean, seconds(max_global(comm, heaviest)));
+  const double rebuild = max_global(comm, request.change.rebuild), particle = max_global(comm, request.change.particle);
+  if (now - reachable < least_gain * now || (now - reachable) * *request.horizon <= rebuild) return proposal;
+
+  std::vector<KeptCuts> ways{{}};
+  if (old)
+    ways = {{old, KeptCuts::usual_tolerance}, {old, KeptCuts::tight_tolerance}, {old, KeptCuts::no_tolerance}};
+  std::optional<Candidate> best;
+  double most = 0.0;  // saved over the horizon, less the cost, s
+  for (const KeptCuts& way : ways) {
+    Candidate candidate = tried(way);
+    const double gain = now - seconds(candidate.largest_load);
+    const double net = gain * *request.horizon - rebuild - particle * static_cast<double>(candidate.busiest_moves);
+    if (net <= most || gain < least_gain * now) continue;
+    most = net;
+    best = std::move(candidate);
+  }
+  if (best) propose(std::move(*best));
+  return proposal;
+}
+
+}  // namespace bulkley

@@ -1,0 +1,29 @@
+#pragma once
+// The partitioner of `bisection`: no root, and no rank that sees all tiles.
+
+#include "balance/bisection.hpp"
+#include "rebalance/partitioner.hpp"
+#include "rebalance/rank_range.hpp"
+
+namespace bulkley {
+
+/// The tree that bisected() makes of the tiles of all ranks, cut for cut, and this rank's tiles under it in `records`. A rank
+/// sends 3 + n messages for each halving of each region that it is in, n being the rounds of the search for a
+/// cut (bisection.cpp), and one with tiles: O(log^2 P) in all. Then all ranks get all cuts, 8 bytes a rank. Precondition:
+/// each tile is with one rank, whichever. Collective.
+CutTree bisected_together(const Comm& comm, const GridGeometry& grid, std::vector<TileRecord>& records,
+                          const KeptCuts& kept, SentMessages& sent);
+
+/// The census of the tiles that are this rank's: its own part and those of others merged. Tiles are of those who own them under
+/// `present`, or else of ranks that a hash names. Takes log2 P messages. Precondition: the same n_materials on every
+/// rank. Collective.
+TileCensus merged_census(const Comm& comm, const TileCensus& local, const TileMap* present, SentMessages& sent);
+
+/// Makes trees of cuts, and follows loads by moving as few cuts as pay. A change is judged by the loads of ranks alone: what
+/// it does to their messages is not predicted, and hardly changes where few cuts move.
+class BisectionPartitioner final : public Partitioner {
+ private:
+  PartitionProposal find(const Comm& comm, const PartitionRequest& request) override;
+};
+
+}  // namespace bulkley
