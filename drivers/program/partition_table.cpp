@@ -165,16 +165,16 @@ std::vector<PartitionRow> partition_rows(const PartitionTask& task, std::span<co
 
 std::string partition_table(std::span<const PartitionRow> rows) {
   if (rows.empty()) return {};
-  std::string text = fmt::format("\n{:<22}{:>8}{:>10}{:>8}{:>14}{:>16}{:>9}{:>14}{:>10}{:>7}{:>11}\n",
+  std::string text = fmt::format("\n{:<28}{:>8}{:>10}{:>8}{:>14}{:>16}{:>9}{:>14}{:>10}{:>7}{:>11}\n",
                                  fmt::format("{} ranks", rows.front().n_ranks), "load", "particles", "halo/", "neighbours",
                                  "KiB sent", "off node", "messages", "step", "moved", "partition");
-  text += fmt::format("{:<22}{:>8}{:>10}{:>8}{:>8}{:>6}{:>8}{:>8}{:>9}{:>8}{:>6}{:>10}{:>7}{:>11}\n", "", "max/mean",
+  text += fmt::format("{:<28}{:>8}{:>10}{:>8}{:>8}{:>6}{:>8}{:>8}{:>9}{:>8}{:>6}{:>10}{:>7}{:>11}\n", "", "max/mean",
                       "max/mean", "worked", "mean", "max", "mean", "max", "[%]", "mean", "max", "[ms]", "[%]", "[ms]");
   for (const PartitionRow& row : rows) {
     constexpr double kib = 1024.0, milli = 1e3;
     if (!row.chosen.empty())
       text +=
-          fmt::format("{:<22}{:>8.3f}{:>10.3f}{:>8.2f}{:>8.1f}{:>6.0f}{:>8}{:>8}{:>9}{:>8.1f}{:>6.0f}{:>10}{:>7}{:>11}\n",
+          fmt::format("{:<28}{:>8.3f}{:>10.3f}{:>8.2f}{:>8.1f}{:>6.0f}{:>8}{:>8}{:>9}{:>8.1f}{:>6.0f}{:>10}{:>7}{:>11}\n",
                       label(row), row.load, row.particles, row.halo, row.neighbours_mean, row.neighbours_max,
                       short_text(row.bytes_mean / kib), short_text(row.bytes_max / kib), percent(row.off_node),
                       row.messages_mean, row.messages_max, short_text(row.step_seconds * milli), percent(row.moved),

@@ -69,6 +69,7 @@ CutTree bisected_together(const Comm& comm, const GridGeometry& grid, std::vecto
   std::vector<std::uint64_t> all(static_cast<std::size_t>(comm.size()));
   BULKLEY_MPI(MPI_Allgather(&mine, 1, MPI_UINT64_T, all.data(), 1, MPI_UINT64_T, comm.get()));
   std::vector<Cut> cuts;
+  cuts.reserve(all.size());
   for (std::size_t n = 0; n + 1 < all.size(); ++n) cuts.push_back(Cut::of_bits(all[n]));
   return {grid, std::move(cuts)};
 }
