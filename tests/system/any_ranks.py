@@ -18,7 +18,7 @@ REMAKE = ["--set", "partition.remake_interval=1"]
 DECIDE = ["--set", "partition.decision_interval=5"]
 # ranks and method of the whole run; ranks and method that continue its first part
 CASES = ((5, "auto", DECIDE, 7, "hilbert"), (7, "metis", REMAKE, 30, "auto"), (30, "hilbert", REMAKE, 5, "metis"),
-         (11, "bisection", REMAKE, 3, "bisection"))
+         (6, "bisection", REMAKE, 3, "bisection"))
 
 
 def checkpoint(folder, step):
