@@ -85,7 +85,7 @@ Snapshot read_snapshot(const Comm& comm, const Scene& scene, const std::string& 
   expect_materials(file, snapshot.header.material_names, scene);
   if (snapshot.header.scene_text != scene.effective_text)
     fmt::print(stderr, "warning: {}: was written by a scene that differs from this one\n", file);
-  ParticleSet particles(optional_fields(scene));
+  ParticleSet particles = no_particles(scene);
   read_checkpoint(comm, file, 0, snapshot.header.n_particles, particles);
   expect_inside(scene.grid, particles, file);
   snapshot.census = take_census(scene.grid, particles, static_cast<int>(scene.materials.size()));

@@ -75,7 +75,7 @@ ParticleSet Run::load(const std::string& file) {
   } catch (const RunError& error) {
     throw RunError(fmt::format("cannot read '{}': {}", file, error.what()));
   }
-  ParticleSet particles(optional_fields(scene));
+  ParticleSet particles = no_particles(scene);
   const EvenShare share = even_share(comm, header.n_particles);
   read_checkpoint(comm, file, share.first, share.count(), particles);
   collective_guard(comm, [&] { expect_inside(scene.grid, particles, file); });
@@ -83,7 +83,7 @@ ParticleSet Run::load(const std::string& file) {
 }
 
 GlobalIndex Run::restore() {
-  ParticleSet particles(optional_fields(scene));
+  ParticleSet particles = no_particles(scene);
   std::string file = options.restart_file;
   if (file.empty()) {
     std::vector<std::string> warnings;

@@ -90,6 +90,12 @@ OptionalFields optional_fields(const Scene& scene) {
   return fields;
 }
 
+ParticleSet no_particles(const Scene& scene) {
+  ParticleSet particles(optional_fields(scene));
+  particles.hold_block({0, ParticleSet::padding});
+  return particles;
+}
+
 namespace {
 
 // Of the tiles of the grid that this rank counts in.
@@ -232,7 +238,7 @@ Partition first_partition(const Comm& comm, const Scene& scene, const TileCensus
 
 ParticleSet seed_share(const Comm& comm, const Scene& scene, const Partition& partition) {
   const std::vector<TileIndex> tiles = partition.map.owned_tiles(comm.rank());
-  ParticleSet particles(optional_fields(scene));
+  ParticleSet particles = no_particles(scene);
   collective_guard(comm, [&] { seed_particles(scene.grid, scene.bodies, tiles, particles); });
   for (std::size_t m = 0; m < scene.materials.size(); ++m)
     set_internal_variables(scene.materials[m].material, static_cast<std::uint8_t>(m), particles);

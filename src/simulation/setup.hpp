@@ -26,6 +26,10 @@ std::optional<Magnets> magnets_of(const Scene& scene);
 /// The fields that the scene's particles have in addition to those that all have. Not collective.
 OptionalFields optional_fields(const Scene& scene);
 
+/// An empty set with these fields. What does not move is held for a block from the start, so that it never takes the memory of all
+/// particles. Not collective.
+ParticleSet no_particles(const Scene& scene);
+
 /// A survey in which each rank visits a share of the tiles; its calls are collective. `comm` must outlive it.
 BodySurvey shared_survey(const Comm& comm);
 
