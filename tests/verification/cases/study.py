@@ -162,7 +162,7 @@ class Study:
 
 def scheme_name(scheme):
     """A transfer scheme as the page calls it."""
-    return {"moment_flip": "moment FLIP", "blend": "blend"}.get(scheme, scheme.upper())
+    return "moment FLIP" if scheme == "moment_flip" else scheme.upper()
 
 
 def toml(value):
@@ -175,6 +175,4 @@ def toml(value):
         return "{ " + ", ".join(f"{key} = {json.dumps(v) if isinstance(v, str) else toml(v)}" for key, v in value.items()) + " }"
     if isinstance(value, (list, tuple)):
         return "[" + ", ".join(json.dumps(v) if isinstance(v, str) else toml(v) for v in value) + "]"
-    if isinstance(value, dict):
-        return "{ " + ", ".join(f"{key} = {json.dumps(v) if isinstance(v, str) else toml(v)}" for key, v in value.items()) + " }"
     return repr(float(value)) if isinstance(value, float) else str(value)
