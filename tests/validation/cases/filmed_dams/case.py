@@ -17,7 +17,7 @@ BOXES = ("chuno_sauce_H20_W30", "chuno_sauce_H40_W21", "okonomiyaki_sauce_H20_W2
          "okonomiyaki_sauce_H46_W63")
 STUDIED = BOXES[0]  # the box of the studies of cells and stiffness
 COARSE, FINE = 0.002, 0.001  # m, cells; the gates are for the fine ones
-FINEST = (0.0008, 0.000625)  # m, cells of the studied box
+FINEST = (0.0008, 0.000625)  # m, cells of the studies
 SHORT_IMEX = 0.0016  # m, cells of the short version with the implicit pressure
 LIMITS = (1.0, 0.5, 0.25)  # factors on all limits of the time step, of the study of the implicit pressure
 SHORT_BOXES = (STUDIED, "okonomiyaki_sauce_H20_W29")
@@ -59,17 +59,15 @@ class FilmedDams(Case):
             return films.plan(films.Film(box), flow_of(box), cell, stiffness, transfer)
         if not long:
             return [plan(box, COARSE) for box in SHORT_BOXES]
-        cheap = [plan(box, cell, 1.0, transfer) for cell in (COARSE, FINE) for box in BOXES for transfer in TRANSFERS]
-        return cheap + [plan(STUDIED, cell, stiffness, transfer) for cell,
-                        stiffness in ((FINE, 4.0), *((cell, 1.0) for cell in FINEST))
-                        for transfer in TRANSFERS]
+        cells = [plan(box, cell, 1.0, transfer) for cell in (COARSE, FINE, *FINEST) for box in BOXES for transfer in TRANSFERS]
+        return cells + [plan(STUDIED, FINE, 4.0, transfer) for transfer in TRANSFERS]
 
     def imex_plans(self, long):
         if not long:
             return [imex_plan(box, SHORT_IMEX) for box in SHORT_BOXES]
         boxes = [imex_plan(box, cell, 1.0, transfer) for cell in (COARSE, FINE) for box in BOXES for transfer in TRANSFERS]
         gated = [imex_plan(box, cell, 1.0, transfer, gate=True) for cell in (COARSE, FINE) for box in BOXES for transfer in TRANSFERS]
-        cells = [imex_plan(STUDIED, cell, 1.0, transfer) for cell in FINEST for transfer in TRANSFERS]
+        cells = [imex_plan(box, cell, 1.0, transfer) for cell in FINEST for box in BOXES for transfer in TRANSFERS]
         limits = [imex_plan(STUDIED, COARSE, limits, transfer) for limits in LIMITS[1:] for transfer in TRANSFERS]
         return boxes + gated + cells + limits
 
@@ -115,7 +113,7 @@ class FilmedDams(Case):
         rows, finals = [], {}
         for box in BOXES:
             film = films.Film(box)
-            for cell in (COARSE, FINE):
+            for cell in (COARSE, FINE, *FINEST):
                 record = (self.of_imex if imex else self.of)(records, box, cell, scheme)
                 if record is None:
                     continue
