@@ -64,7 +64,7 @@ Pose pose_of(const RigidStart& start, const RigidState& state) {
 }
 
 double reach_of_hold(const GridGeometry& grid, const RigidBody& body) {
-  return body.contact == Contact::slip ? 0.0 : hold_distance(grid, body.contact);
+  return body.contact == Contact::sticky ? hold_distance(grid, body.contact) : 0.0;
 }
 
 Vec3 nearest_arm(const GridGeometry& grid, const Vec3& center, const Vec3& point) {

@@ -16,7 +16,8 @@ namespace bulkley {
 struct RigidBody {
   std::string name;
   Shape shape;
-  Contact contact = Contact::sticky;     ///< sticky or slip
+  Contact contact = Contact::sticky;     ///< with the material
+  double material_friction = 0.0;        ///< Coulomb coefficient with the material, separating only
   std::optional<double> density{};       ///< kg/m^3; this or the mass
   std::optional<double> mass{};          ///< kg
   Vec3 velocity = Vec3::Zero();          ///< m/s, at the start
@@ -49,7 +50,7 @@ RigidStart start_of(const RigidBody& body, double spacing);
 /// From where the scene puts it to where it is. Not collective.
 Pose pose_of(const RigidStart& start, const RigidState& state);
 
-/// How far in front of a body a node is still held, m. A body that slips holds the nodes behind its surface only: past a curved
+/// How far in front of a body a node is still held, m. One that slips or separates holds the nodes behind its surface only: past a curved
 /// body the normal velocity falls off within its radius, and nodes in front of it must not lose that. Not collective.
 double reach_of_hold(const GridGeometry& grid, const RigidBody& body);
 

@@ -387,8 +387,10 @@ GlobalIndex ImplicitPressure::revise(double dt, RowEntries entries) {
   GlobalIndex n_changed = any_may_part_ ? revise_parted(dt) : 0;
   gradients_of(pressure_, entries);
   find_unheld(dt);
-  n_changed +=
-      contact_.revise(scale_.data(), held_.data(), parts_.physics.time_stepping.pressure.tolerance * speed_scale(dt));
+  std::vector<RigidVelocity> bodies;
+  if (bodies_ && bodies_->any_separates()) bodies = bodies_->velocities_under(couple(pressure_), dt);
+  n_changed += contact_.revise(scale_.data(), held_.data(),
+                               parts_.physics.time_stepping.pressure.tolerance * speed_scale(dt), bodies);
   return sum_global(parts_.comm(), n_changed);
 }
 

@@ -11,19 +11,19 @@ void PressureBodies::fit(const GridGeometry& grid, const CellGrid& cells) {
   nodes_.assign(cells.complete_nodes().begin(), cells.complete_nodes().end());
   positions_.clear();
   for (const Int3& node : cells.complete_positions()) positions_.push_back(grid.node_position(node));
-  is_owned_.assign(static_cast<std::size_t>(cells.n_nodes()), 0);
-  for (const CellGrid::Copy& copy : cells.owned()) is_owned_[static_cast<std::size_t>(copy.node)] = 1;
-  moved_of_node_.assign(is_owned_.size(), -1);
+  moved_of_node_.assign(static_cast<std::size_t>(cells.n_nodes()), -1);
 }
 
 std::span<const NodeConstraint> PressureBodies::find(const double* scale) {
   held_.clear();
   const std::vector<Pose> poses = bodies_.poses();
+  const std::vector<RigidVelocity> velocities = bodies_.velocities();
   for (std::size_t n = 0; n < nodes_.size(); ++n) {
     if (scale[nodes_[n]] == 0.0) continue;
     std::optional<NodeConstraint> constraint = bodies_.held_at(positions_[n], poses);
     if (!constraint) continue;
     constraint->node = nodes_[n];
+    constraint->velocity = velocities[bodies_.body_of(*constraint)].at(constraint->arm);
     held_.push_back(*constraint);
   }
   return held_;
@@ -33,14 +33,10 @@ void PressureBodies::merge(double time, const GridUpdate& update, const Pressure
                            const PressureRows& rows, std::span<const LocalIndex> own) {
   ExactSums sums = bodies_.no_sums();
   contact.for_each_body_node([&](const NodeConstraint& constraint, const Mat3&) {
-    if (is_owned_[static_cast<std::size_t>(constraint.node)]) bodies_.add_node(constraint, velocity[constraint.node], sums);
+    if (contact.owns(constraint.node)) bodies_.add_node(constraint, velocity[constraint.node], sums);
   });
   systems_ = bodies_.merged(time, update, sum_global(comm_, sums));
-  velocities_.clear();
-  for (const MergedBody& system : systems_) {
-    const Vec6 u = system.velocity();
-    velocities_.push_back({u.head<3>(), u.tail<3>() / system.length, Vec3::Zero()});
-  }
+  velocities_ = velocities_under(Coupling(systems_.size(), Vec6::Zero()), 0.0);
   find_modes(contact, rows, own);
 }
 
@@ -124,6 +120,15 @@ PressureBodies::Coupling PressureBodies::couple(std::span<const double> p) const
   return merged(sums, 0);
 }
 
+std::vector<RigidVelocity> PressureBodies::velocities_under(const Coupling& coupling, double dt) const {
+  std::vector<RigidVelocity> velocities;
+  for (std::size_t b = 0; b < systems_.size(); ++b) {
+    const Vec6 u = systems_[b].velocity() + systems_[b].response(-dt * coupling[b]);
+    velocities.push_back({u.head<3>(), u.tail<3>() / systems_[b].length, Vec3::Zero()});
+  }
+  return velocities;
+}
+
 double PressureBodies::dot(std::span<const double> a, std::span<const double> p, Coupling& coupling) const {
   std::vector<BinnedSum> sums(1);
   sums[0].add_products(a, p);
@@ -156,7 +161,7 @@ void PressureBodies::add_diagonal(double* diagonal) const {
 }
 
 std::size_t PressureBodies::memory() const {
-  std::size_t total = nodes_.capacity() * sizeof(LocalIndex) + positions_.capacity() * sizeof(Vec3) + is_owned_.capacity() +
+  std::size_t total = nodes_.capacity() * sizeof(LocalIndex) + positions_.capacity() * sizeof(Vec3) +
                       held_.capacity() * sizeof(NodeConstraint) + moved_of_node_.capacity() * sizeof(LocalIndex) +
                       moved_.capacity() * sizeof(MovedNode);
   for (const Modes& modes : modes_) total += modes.cells.capacity() * (sizeof(LocalIndex) + 6 * sizeof(double));

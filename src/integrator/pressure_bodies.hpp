@@ -25,7 +25,7 @@ class PressureBodies {
   /// Of new pools. Not collective.
   void fit(const GridGeometry& grid, const CellGrid& cells);
 
-  /// The constraints of the nodes that bodies hold where they are. `scale`: 1/m by node, 0 where it is empty. Valid until the next call.
+  /// The constraints of the nodes that bodies hold where they are, with their velocities as they move now. `scale`: 1/m by node, 0 where it is empty. Valid until the next call.
   /// Not collective.
   std::span<const NodeConstraint> find(const double* scale);
 
@@ -39,10 +39,14 @@ class PressureBodies {
     return velocities_[bodies_.body_of(constraint)].at(constraint.arm);
   }
 
+  bool any_separates() const { return bodies_.any_separates(); }
+
   /// C p of each body, kg m/s^2 (lengths in the body's unit).
   using Coupling = std::vector<Vec6>;
   /// Of `p`, by number of the cell. Collective.
   Coupling couple(std::span<const double> p) const;
+  /// How bodies move with a pressure of this coupling through a step of dt, s. Not collective.
+  std::vector<RigidVelocity> velocities_under(const Coupling& coupling, double dt) const;
   /// The product of a and p, and C p; one reduction. Collective.
   double dot(std::span<const double> a, std::span<const double> p, Coupling& coupling) const;
   /// rates += C^T M^-1 (C p) of this rank's cells. Not collective.
@@ -72,7 +76,6 @@ class PressureBodies {
   RigidContact& bodies_;
   std::vector<LocalIndex> nodes_;
   std::vector<Vec3> positions_;
-  std::vector<std::uint8_t> is_owned_;  // by node
   std::vector<NodeConstraint> held_;
   std::vector<MergedBody> systems_;
   std::vector<RigidVelocity> velocities_;

@@ -15,6 +15,8 @@ void set_vector_of(Node& node, const Vec3& value) { std::copy_n(value.data(), 3,
 
 void PressureContact::fit(const CellGrid& cells) {
   find(cells.complete_positions(), cells.complete_nodes());
+  is_owned_.assign(static_cast<std::size_t>(cells.n_nodes()), 0);
+  for (const CellGrid::Copy& copy : cells.owned()) is_owned_[static_cast<std::size_t>(copy.node)] = 1;
   std::vector<CellGrid::Copy> joined;
   for (const NodeImage& image : images_) joined.push_back({image.behind, image.front});
   waves_ = CellWaves(cells, joined);
@@ -62,8 +64,8 @@ void PressureContact::sort_by_wave() {
 }
 
 Mat3 held_part(const NodeConstraint& body) {
-  if (body.contact == Contact::slip) return body.normal * body.normal.transpose();
-  return Mat3::Identity();
+  if (body.contact == Contact::sticky) return Mat3::Identity();
+  return body.normal * body.normal.transpose();
 }
 
 void PressureContact::begin(double time, double dt, std::span<const double> stretches, const Node* velocity,
@@ -96,12 +98,12 @@ void PressureContact::begin(double time, double dt, std::span<const double> stre
     constraints_.push_back({constraint->contact, in_force, constraint->normal, constraint->velocity});
     held.end = constraints_.size();
   }
-  join(bodies);
+  join(bodies, velocity);
   for (HeldNode& held : held_) project(held);
   held_ranges_.assign(waves_.size(), held_.size(), [&](std::size_t k) { return waves_.of_node(held_[k].node); });
 }
 
-void PressureContact::join(std::span<const NodeConstraint> bodies) {
+void PressureContact::join(std::span<const NodeConstraint> bodies, const Node* velocity) {
   body_nodes_.clear();
   if (bodies.empty()) return;
   std::vector<const NodeConstraint*> of_node(static_cast<std::size_t>(waves_.n_nodes()), nullptr);
@@ -125,7 +127,8 @@ void PressureContact::join(std::span<const NodeConstraint> bodies) {
     const NodeConstraint* const body = of_node[static_cast<std::size_t>(held_[h].node)];
     if (!body) continue;
     held_[h].body = static_cast<std::ptrdiff_t>(body_nodes_.size());
-    body_nodes_.push_back({*body, h, Mat3::Identity()});
+    const double away = (vector_of(velocity[body->node]) - body->velocity).dot(body->normal);
+    body_nodes_.push_back({*body, h, Mat3::Identity(), body->contact != Contact::separating || away < 0.0});
   }
 }
 
@@ -134,6 +137,7 @@ void PressureContact::project(HeldNode& held) {
   if (held.body < 0) return;
   BodyNode& body = body_nodes_[static_cast<std::size_t>(held.body)];
   body.walls = held.projection;
+  if (!body.in_force) return;
   held.projection = body.walls * (Mat3::Identity() - held_part(body.constraint)) * body.walls;
 }
 
@@ -214,7 +218,19 @@ void PressureContact::weaken(Node* scales) const {
   repeat(repeated_, scales);
 }
 
-GlobalIndex PressureContact::revise(const double* scale, const Node* free, double tolerance) {
+bool PressureContact::revise_body(BodyNode& body, const Vec3& velocity, double tolerance,
+                                  std::span<const RigidVelocity> bodies) const {
+  const NodeConstraint& constraint = body.constraint;
+  if (constraint.contact != Contact::separating) return false;
+  const std::size_t number = static_cast<std::size_t>(constraint.collider) - physics_.n_obstacles();
+  const double away = (velocity - bodies[number].at(constraint.arm)).dot(constraint.normal);
+  if (body.in_force ? away <= tolerance : away >= -tolerance) return false;
+  body.in_force = !body.in_force;
+  return true;
+}
+
+GlobalIndex PressureContact::revise(const double* scale, const Node* free, double tolerance,
+                                    std::span<const RigidVelocity> bodies) {
   GlobalIndex n_changed = 0;
   for (HeldNode& held : held_) {
     if (scale[held.node] == 0.0) continue;
@@ -228,7 +244,11 @@ GlobalIndex PressureContact::revise(const double* scale, const Node* free, doubl
       if (constraint.in_force ? speed <= tolerance : speed >= -tolerance) continue;
       constraint.in_force = !constraint.in_force;
       revised = true;
-      ++n_changed;
+      n_changed += owns(held.node);
+    }
+    if (held.body >= 0 && revise_body(body_nodes_[static_cast<std::size_t>(held.body)], v, tolerance, bodies)) {
+      revised = true;
+      n_changed += owns(held.node);
     }
     if (revised) project(held);
   }
@@ -236,7 +256,7 @@ GlobalIndex PressureContact::revise(const double* scale, const Node* free, doubl
 }
 
 std::size_t PressureContact::memory() const {
-  return (nodes_.capacity() + nodes_by_wave_.capacity()) * sizeof(LocalIndex) + waves_.memory() +
+  return (nodes_.capacity() + nodes_by_wave_.capacity()) * sizeof(LocalIndex) + is_owned_.capacity() + waves_.memory() +
          fixed_.capacity() * sizeof(NodeConstraint) + images_.capacity() * sizeof(NodeImage) +
          constraints_.capacity() * sizeof(Constraint) + held_.capacity() * sizeof(HeldNode) +
          body_nodes_.capacity() * sizeof(BodyNode) + feeds_.memory() + (moving_ ? moving_->memory() : 0);

@@ -22,6 +22,8 @@ class PressureContact {
 
   /// Finds what touches the complete nodes of `cells`. Not collective.
   void fit(const CellGrid& cells);
+  /// Of those: no other rank owns the node. Not collective.
+  bool owns(LocalIndex node) const { return is_owned_[static_cast<std::size_t>(node)] != 0; }
   /// The waves of products with the nodes of `cells`, images completed together. Not collective.
   const CellWaves& waves() const { return waves_; }
   /// Finds what touches nodes at these `positions` in the grid, which are `nodes` of arrays of `n_nodes`; one wave has them all.
@@ -29,7 +31,8 @@ class PressureContact {
   void fit(const std::vector<Int3>& positions, std::span<const LocalIndex> nodes, LocalIndex n_nodes);
 
   /// The constraints of a step from `time`, each separating one in force where the material comes towards it. `stretches`: of the
-  /// feeds, as FeedNodes::at; `velocity`: {v, -} of the nodes before contact. `bodies`: of nodes that rigid bodies hold, each once;
+  /// feeds, as FeedNodes::at; `velocity`: {v, -} of the nodes before contact. `bodies`: of nodes that rigid bodies hold, each once, with
+  /// the velocity of the body;
   /// what a sticky wall holds is the wall's. Not collective.
   void begin(double time, double dt, std::span<const double> stretches, const Node* velocity,
              std::span<const NodeConstraint> bodies = {});
@@ -41,17 +44,19 @@ class PressureContact {
   template <class F>
   void hold(Node* velocity, F velocity_of) const {
     hold_by_walls(velocity);
-    for (const BodyNode& body : body_nodes_) hold_by_body(body, velocity_of(body.constraint), velocity);
+    for (const BodyNode& body : body_nodes_)
+      if (body.in_force) hold_by_body(body, velocity_of(body.constraint), velocity);
     complete(velocity);
   }
   void hold(Node* velocity) const {
     hold_by_walls(velocity);
     complete(velocity);
   }
-  /// The nodes of bodies, as f(constraint, P of the walls there). Not collective.
+  /// The nodes of bodies that move with them, as f(constraint, P of the walls there). Not collective.
   template <class F>
   void for_each_body_node(F f) const {
-    for (const BodyNode& body : body_nodes_) f(body.constraint, body.walls);
+    for (const BodyNode& body : body_nodes_)
+      if (body.in_force) f(body.constraint, body.walls);
   }
   std::span<const NodeImage> images() const { return images_; }
   std::span<const CellGrid::Copy> repeated() const { return repeated_; }
@@ -77,8 +82,9 @@ class PressureContact {
   /// Impulses of nodes behind walls -> their images. Not collective.
   void fold(Node* impulses) const { fold_impulses(images_, impulses); }
   /// Lifts separating constraints that would pull, and puts in force those that `free` velocities, in which no constraint has its
-  /// effect, would penetrate. `tolerance`: of speed, m/s. Returns how many changed. Not collective.
-  GlobalIndex revise(const double* scale, const Node* free, double tolerance);
+  /// effect, would penetrate. `tolerance`: of speed, m/s; `bodies`: how they move with this pressure. Returns how many changed at
+  /// nodes of this rank, so that sums over ranks count each once. Not collective.
+  GlobalIndex revise(const double* scale, const Node* free, double tolerance, std::span<const RigidVelocity> bodies = {});
 
   std::size_t memory() const;
 
@@ -100,13 +106,15 @@ class PressureContact {
     NodeConstraint constraint;
     std::size_t held;
     Mat3 walls;
+    bool in_force;
   };
   const Mat3& walls_of(const HeldNode& held) const {
     return held.body < 0 ? held.projection : body_nodes_[static_cast<std::size_t>(held.body)].walls;
   }
   void project(HeldNode& held);
   void project_walls(HeldNode& held) const;
-  void join(std::span<const NodeConstraint> bodies);
+  void join(std::span<const NodeConstraint> bodies, const Node* velocity);
+  bool revise_body(BodyNode& body, const Vec3& velocity, double tolerance, std::span<const RigidVelocity> bodies) const;
   void hold_by_body(const BodyNode& body, const Vec3& velocity, Node* nodes) const;
   void complete(Node* velocity) const;
   void find(const std::vector<Int3>& positions, std::span<const LocalIndex> nodes);
@@ -114,6 +122,7 @@ class PressureContact {
 
   const Physics& physics_;
   std::vector<LocalIndex> nodes_;
+  std::vector<std::uint8_t> is_owned_;  // by node
   CellWaves waves_;
   // All of these by wave.
   std::vector<LocalIndex> nodes_by_wave_;
@@ -128,7 +137,7 @@ class PressureContact {
   std::vector<BodyNode> body_nodes_;
 };
 
-/// N of a body's constraint: 1 where it sticks, n n^T where it slips. Not collective.
+/// N of a body's constraint: 1 where it sticks, n n^T where it slips or separates. Not collective.
 Mat3 held_part(const NodeConstraint& body);
 
 }  // namespace bulkley

@@ -15,6 +15,9 @@ namespace bulkley {
 namespace {
 
 constexpr double deepest_overlap = 1.0;  // cells; deeper is no collision any more
+// Of (T-R1), to find which nodes separate. Two to six are the rule.
+constexpr int most_passes = 30;
+constexpr double settled_change = 1e-13;  // of a motion from one pass to the next, over the motion
 
 Vec6 joined(const Vec3& of_translation, const Vec3& of_rotation) {
   Vec6 both;
@@ -44,7 +47,9 @@ RigidContact::RigidContact(const Physics& physics, const Comm& comm)
       collisions_(physics.grid, physics.faces, physics.colliders, bodies_, starts_),
       accounts_(bodies_.size()),
       trials_(bodies_.size()),
-      sums_(no_sums()) {
+      sums_(no_sums()),
+      any_separates_(
+          std::ranges::any_of(bodies_, [](const RigidBody& body) { return body.contact == Contact::separating; })) {
   for (RigidBody& body : bodies_) {
     starts_.push_back(start_of(body, physics.grid.cell_size));
     drives_.push_back({field_of(body.force), field_of(body.torque)});
@@ -89,21 +94,22 @@ std::optional<NodeConstraint> RigidContact::held_at(const Vec3& x, std::span<con
   if (!owner) return std::nullopt;
   const RigidBody& body = bodies_[*owner];
   const Vec3 arm = nearest_arm(physics_.grid, states_[*owner].center, x);
-  return NodeConstraint{-1,           body.contact,
-                        0.0,          outward_normal(body.shape, poses[*owner], states_[*owner].center + arm),
-                        Vec3::Zero(), static_cast<std::int32_t>(physics_.n_obstacles() + *owner),
+  return NodeConstraint{-1,
+                        body.contact,
+                        body.material_friction,
+                        outward_normal(body.shape, poses[*owner], states_[*owner].center + arm),
+                        Vec3::Zero(),
+                        static_cast<std::int32_t>(physics_.n_obstacles() + *owner),
                         arm};
 }
 
 // What a sticky wall holds is the wall's.
 void RigidContact::find_held(std::span<const NodeConstraint> moving, double smallest_mass, const Node* nodes) {
   held_.clear();
-  again_.clear();
   std::vector<std::uint8_t> stuck = stuck_;
   for (const NodeConstraint& wall : moving)
     if (wall.contact == Contact::sticky) stuck[static_cast<std::size_t>(wall.node)] = 1;
   const std::vector<Pose> poses = this->poses();
-  std::vector<std::uint8_t> is_held(stuck.size(), 0);
   for (std::size_t n = 0; n < nodes_.size(); ++n) {
     const auto place = static_cast<std::size_t>(places_[n]);
     if (stuck[place] || !(nodes[place].c[3] > smallest_mass)) continue;
@@ -111,30 +117,51 @@ void RigidContact::find_held(std::span<const NodeConstraint> moving, double smal
     if (!constraint) continue;
     constraint->node = places_[n];
     held_.push_back(*constraint);
-    is_held[place] = 1;
   }
+}
+
+void RigidContact::find_walls_again(std::span<const NodeConstraint> moving) {
+  again_.clear();
+  std::vector<std::uint8_t> is_held(stuck_.size(), 0);
+  for (const NodeConstraint& constraint : held_) is_held[static_cast<std::size_t>(constraint.node)] = 1;
   for (const std::span<const NodeConstraint> walls : {std::span<const NodeConstraint>(walls_), moving})
     for (const NodeConstraint& wall : walls)
       if (is_held[static_cast<std::size_t>(wall.node)]) again_.push_back(wall);
 }
 
-// m J^T N J and m J^T N v of a node, N = 1 or n n^T, lengths in units of the body's reach.
-void RigidContact::add_node(const NodeConstraint& constraint, const Node& node, ExactSums& sums) const {
+// m J^T N J and m J^T N v of a node, N = a n n^T + b (1 - n n^T) with the shares a and b, lengths in units of the body's reach.
+void RigidContact::add_node(const NodeConstraint& constraint, Share share, const Node& node, ExactSums& sums) const {
   const std::size_t body = body_of(constraint);
   const Vec3 arm = constraint.arm / scale(body), velocity = vector_of(node);
-  const auto add_direction = [&](const Vec3& direction) {
+  const auto add_direction = [&](const Vec3& direction, double part) {
     const Vec6 row = joined(direction, arm.cross(direction));
-    const double along = direction.dot(velocity);
+    const double mass = part * node.c[3], along = direction.dot(velocity);
     std::size_t sum = n_sums * body;
     for (int i = 0; i < 6; ++i)
-      for (int j = 0; j <= i; ++j) sums.add(sum++, node.c[3] * row[i] * row[j]);
-    for (int i = 0; i < 6; ++i) sums.add(sum++, node.c[3] * row[i] * along);
+      for (int j = 0; j <= i; ++j) sums.add(sum++, mass * row[i] * row[j]);
+    for (int i = 0; i < 6; ++i) sums.add(sum++, mass * row[i] * along);
   };
-  if (constraint.contact == Contact::slip) {
-    add_direction(constraint.normal);
-  } else {
-    for (int a = 0; a < 3; ++a) add_direction(Vec3::Unit(a));
-  }
+  if (share.tangential > 0.0)
+    for (int a = 0; a < 3; ++a) add_direction(Vec3::Unit(a), share.tangential);
+  if (share.normal > share.tangential) add_direction(constraint.normal, share.normal - share.tangential);
+}
+
+Vec3 RigidContact::body_velocity(const NodeConstraint& constraint, const std::vector<Vec6>& motions) const {
+  const std::size_t body = body_of(constraint);
+  const Vec6& u = motions[body];
+  return RigidVelocity{u.head<3>(), u.tail<3>() / scale(body), Vec3::Zero()}.at(constraint.arm);
+}
+
+// Coulomb: of the slip the body takes what friction x |normal impulse| stops.
+RigidContact::Share RigidContact::share_of(const NodeConstraint& constraint, const Node& node,
+                                           const std::vector<Vec6>& motions) const {
+  if (constraint.contact != Contact::separating) return {1.0, constraint.contact == Contact::sticky ? 1.0 : 0.0};
+  const Vec3 relative = vector_of(node) - body_velocity(constraint, motions);
+  const double normal_speed = relative.dot(constraint.normal);
+  if (normal_speed >= 0.0) return {0.0, 0.0};
+  const double stopped = -constraint.friction * normal_speed, slip = (relative - normal_speed * constraint.normal).norm();
+  if (stopped == 0.0) return {1.0, 0.0};
+  return {1.0, stopped >= slip ? 1.0 : stopped / slip};
 }
 
 RigidContact::Pushed RigidContact::pushed(std::size_t b, double time, const GridUpdate& update) {
@@ -197,13 +224,66 @@ std::vector<MergedBody> RigidContact::merged(double time, const GridUpdate& upda
   return all;
 }
 
+// (T-R1) with the shares of its own solution. Where nodes may separate, those of the solution before, until that repeats. Whatever the
+// shares, bodies get what nodes lose, and no energy comes of it.
+std::vector<Vec6> RigidContact::find_motions(const std::vector<Pushed>& pushed, double dt, const Node* nodes) {
+  std::vector<Vec6> motions;
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    const RigidVelocity u = velocity(starts_[b].mass, pushed[b].state);
+    motions.push_back(joined(u.velocity, scale(b) * u.angular_velocity));
+  }
+  bool settled = false;
+  for (int pass = 1; !settled; ++pass) {
+    shares_.clear();
+    sums_.clear();
+    for (const NodeConstraint& constraint : held_) {
+      Share share = share_of(constraint, nodes[constraint.node], motions);
+      if (pass > most_passes && share.tangential < 1.0) share.tangential = 0.0;  // so that constraints can state it exactly
+      shares_.push_back(share);
+      add_node(constraint, share, nodes[constraint.node], sums_);
+    }
+    merged_sums_ = sum_global(comm_, sums_);
+    settled = !any_separates_ || pass > most_passes;
+    bool all_same = true;
+    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+      const Vec6 next = merged(b, pushed[b], dt, merged_sums_).velocity();
+      all_same = all_same && (next - motions[b]).norm() <= settled_change * next.norm();
+      motions[b] = next;
+    }
+    settled = settled || all_same;
+  }
+  return motions;
+}
+
+// Of the held nodes those that touch, with constraints that take the shares found.
+void RigidContact::keep_contacts(const std::vector<Vec6>& motions, const Node* nodes) {
+  std::size_t n_kept = 0;
+  for (std::size_t n = 0; n < held_.size(); ++n) {
+    const Share share = shares_[n];
+    if (share.normal == 0.0) continue;
+    NodeConstraint constraint = held_[n];
+    constraint.velocity = body_velocity(constraint, motions);
+    if (constraint.contact == Contact::separating) {
+      const Vec3 relative = vector_of(nodes[constraint.node]) - constraint.velocity;
+      const double normal_speed = relative.dot(constraint.normal);
+      const double slip = (relative - normal_speed * constraint.normal).norm();
+      const bool slides = share.tangential > 0.0 && share.tangential < 1.0 && normal_speed < 0.0;
+      if (slides)
+        constraint.friction = share.tangential * slip / -normal_speed;
+      else
+        constraint.contact = share.tangential == 1.0 ? Contact::sticky : Contact::slip;
+    }
+    held_[n_kept++] = constraint;
+  }
+  held_.erase(held_.begin() + static_cast<std::ptrdiff_t>(n_kept), held_.end());
+}
+
 // The body gets what the nodes lose.
-RigidVelocity RigidContact::solve(std::size_t b, double time, const GridUpdate& update, const ExactSums& sums) {
+void RigidContact::try_motion(std::size_t b, const Pushed& driven, double dt) {
   const RigidMass& mass = starts_[b].mass;
-  const double dt = update.dt, stiffness = bodies_[b].spring, length = scale(b);
-  const Pushed driven = pushed(b, time, update);
+  const double stiffness = bodies_[b].spring, length = scale(b);
   const RigidState& before = driven.state;
-  const MergedBody body = merged(b, driven, dt, sums);
+  const MergedBody body = merged(b, driven, dt, merged_sums_);
   const Vec6 u = body.velocity(), impulse = body.given - body.shared * u;
   const bool winds = body.freedom && starts_[b].guide->point;
   const Vec3 stretch = winds ? Vec3::Zero() : Vec3((before.center - starts_[b].state.center) + dt * u.head<3>());
@@ -232,17 +312,16 @@ RigidVelocity RigidContact::solve(std::size_t b, double time, const GridUpdate& 
     trial.guide_angular_impulse = after.angular_momentum - states_[b].angular_momentum - driven.angular_impulse -
                                   trial.angular_impulse - winding * starts_[b].guide->direction;
   }
-  return {u.head<3>(), u.tail<3>() / length, Vec3::Zero()};
 }
 
 void RigidContact::merge(double time, const GridUpdate& update, std::span<const NodeConstraint> moving, const Node* nodes) {
   find_held(moving, update.smallest_mass, nodes);
-  sums_.clear();
-  for (const NodeConstraint& constraint : held_) add_node(constraint, nodes[constraint.node], sums_);
-  const ExactSums all = sum_global(comm_, sums_);
-  std::vector<RigidVelocity> velocities;
-  for (std::size_t b = 0; b < bodies_.size(); ++b) velocities.push_back(solve(b, time, update, all));
-  for (NodeConstraint& constraint : held_) constraint.velocity = velocities[body_of(constraint)].at(constraint.arm);
+  std::vector<Pushed> driven;
+  for (std::size_t b = 0; b < bodies_.size(); ++b) driven.push_back(pushed(b, time, update));
+  const std::vector<Vec6> motions = find_motions(driven, update.dt, nodes);
+  for (std::size_t b = 0; b < bodies_.size(); ++b) try_motion(b, driven[b], update.dt);
+  keep_contacts(motions, nodes);
+  find_walls_again(moving);
 }
 
 void RigidContact::accept(double time, double dt) {
@@ -292,6 +371,12 @@ double RigidContact::speed_bound(double duration) const {
         fastest, now.velocity.norm() + now.angular_velocity.norm() * starts_[b].reach + duration * physics_.gravity.norm());
   }
   return fastest;
+}
+
+std::vector<RigidVelocity> RigidContact::velocities() const {
+  std::vector<RigidVelocity> all;
+  for (std::size_t b = 0; b < bodies_.size(); ++b) all.push_back(velocity(starts_[b].mass, states_[b]));
+  return all;
 }
 
 std::vector<Pose> RigidContact::poses() const {
@@ -384,7 +469,8 @@ void RigidContact::load(const Reals& reals) {
 
 std::size_t RigidContact::memory() const {
   return nodes_.capacity() * sizeof(Int3) + places_.capacity() * sizeof(LocalIndex) + stuck_.capacity() +
-         (walls_.capacity() + held_.capacity() + again_.capacity()) * sizeof(NodeConstraint);
+         (walls_.capacity() + held_.capacity() + again_.capacity()) * sizeof(NodeConstraint) +
+         shares_.capacity() * sizeof(Share);
 }
 
 }  // namespace bulkley

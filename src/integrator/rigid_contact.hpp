@@ -35,9 +35,15 @@ class RigidContact {
   std::optional<NodeConstraint> held_at(const Vec3& x, std::span<const Pose> poses) const;
   /// Sums of all bodies before any node; adds a node that one holds, {v, m}. Not collective.
   ExactSums no_sums() const;
-  void add_node(const NodeConstraint& constraint, const Node& node, ExactSums& sums) const;
+  void add_node(const NodeConstraint& constraint, const Node& node, ExactSums& sums) const {
+    add_node(constraint, {1.0, constraint.contact == Contact::sticky ? 1.0 : 0.0}, node, sums);
+  }
   /// Each body with the nodes of such sums over all ranks. Throws as `merge`. Not collective.
   std::vector<MergedBody> merged(double time, const GridUpdate& update, const ExactSums& sums);
+  /// As the bodies move now. Not collective.
+  std::vector<RigidVelocity> velocities() const;
+  /// Some body lets material go. Not collective.
+  bool any_separates() const { return any_separates_; }
   std::size_t body_of(const NodeConstraint& constraint) const {
     return static_cast<std::size_t>(constraint.collider) - physics_.n_obstacles();
   }
@@ -45,7 +51,7 @@ class RigidContact {
   /// The unit of lengths in a body's equations, m.
   double scale(std::size_t body) const { return starts_[body].reach; }
 
-  /// After `merge`: what gives the held nodes their velocities; bodies are numbered after the colliders. Then the walls' share of those
+  /// After `merge`: what gives the held nodes their velocities, without nodes that separate; bodies are numbered after the colliders. Then the walls' share of those
   /// nodes again, for a body must not push material through a wall. Not collective.
   std::span<const NodeConstraint> held() const { return held_; }
   std::span<const NodeConstraint> walls_again() const { return again_; }
@@ -94,13 +100,24 @@ class RigidContact {
     Vec3 impulse, angular_impulse;
     double gravity_work, applied_work;
   };
+  /// Of a node's velocity relative to its body, what the body takes: of the part along the normal, and of the rest.
+  struct Share {
+    double normal, tangential;
+    bool operator==(const Share&) const = default;
+  };
   static constexpr std::size_t n_sums = 27;  ///< lower triangle of a 6 x 6 matrix, row after row, then the right side
 
   void find_held(std::span<const NodeConstraint> moving, double smallest_mass, const Node* nodes);
+  void find_walls_again(std::span<const NodeConstraint> moving);
+  void add_node(const NodeConstraint& constraint, Share share, const Node& node, ExactSums& sums) const;
+  Share share_of(const NodeConstraint& constraint, const Node& node, const std::vector<Vec6>& motions) const;
+  Vec3 body_velocity(const NodeConstraint& constraint, const std::vector<Vec6>& motions) const;
+  std::vector<Vec6> find_motions(const std::vector<Pushed>& pushed, double dt, const Node* nodes);
+  void keep_contacts(const std::vector<Vec6>& motions, const Node* nodes);
   double reach(const RigidBody& body) const;
   Pushed pushed(std::size_t body, double time, const GridUpdate& update);
   MergedBody merged(std::size_t body, const Pushed& pushed, double dt, const ExactSums& sums) const;
-  RigidVelocity solve(std::size_t body, double time, const GridUpdate& update, const ExactSums& sums);
+  void try_motion(std::size_t body, const Pushed& driven, double dt);
   static void for_each_number(auto& state, auto& account, const auto& visit);
 
   const Physics& physics_;
@@ -118,6 +135,10 @@ class RigidContact {
   std::vector<NodeConstraint> walls_;  ///< that do not move
   std::vector<std::uint8_t> stuck_;    ///< by place: held by a sticky wall at rest
   std::vector<NodeConstraint> held_, again_;
+  bool any_separates_;
+  // Of the last `merge`.
+  std::vector<Share> shares_;  ///< by place in held_
+  ExactSums merged_sums_;      ///< over all ranks
 };
 
 }  // namespace bulkley

@@ -37,10 +37,6 @@ void check_guide(const config::Value& table, const RigidBody& body, config::Faul
 void check_body(const config::Value& table, RigidBody& body, config::Faults& faults) {
   if (body.density.has_value() == body.mass.has_value())
     faults.add(table.place, fmt::format("rigid body '{}' needs a 'density' or a 'mass', one of the two", body.name));
-  if (body.contact == Contact::separating)
-    faults.add(
-        table.find("contact")->place,
-        fmt::format("'{}.contact' is \"separating\", which rigid bodies do not have; \"sticky\" or \"slip\"", table.path));
   check_guide(table, body, faults);
 }
 
@@ -67,7 +63,11 @@ const config::Keys<RigidBody>& keys(config::Of<RigidBody>) {
                 .range = config::above(0.0),
                 .default_text = "from `density`"})
           .key("contact", &RigidBody::contact,
-               {.about = "sticky: material moves with the surface; slip: it moves along the surface and never leaves it."})
+               {.about = "sticky: material moves with the surface; slip: it moves along the surface and never leaves it; "
+                         "separating: it may also leave, with `material_friction`."})
+          .key("material_friction", &RigidBody::material_friction,
+               {.about = "Coulomb coefficient between the body and material.", .range = config::at_least(0.0)})
+          .only_with("contact = \"separating\"", [](const RigidBody& body) { return body.contact == Contact::separating; })
           .key("velocity", &RigidBody::velocity, {.about = "Velocity of the centre of mass at the start.", .unit = "m/s"})
           .key("angular_velocity", &RigidBody::angular_velocity,
                {.about = "Spin about the centre of mass at the start.", .unit = "rad/s"})
@@ -94,9 +94,11 @@ const config::Keys<RigidBody>& keys(config::Of<RigidBody>) {
                {.about = "Speed of rebound over speed of impact where it collides with walls, colliders and other bodies; "
                          "between two bodies the smaller one.",
                 .range = config::between(0.0, 1.0)})
-          .key("friction", &RigidBody::friction,
-               {.about = "Coulomb coefficient in collisions; between two bodies the smaller one.",
-                .range = config::at_least(0.0)})
+          .key(
+              "friction", &RigidBody::friction,
+              {.about =
+                   "Coulomb coefficient in collisions with walls, colliders and bodies; between two bodies the smaller one.",
+               .range = config::at_least(0.0)})
           .check(check_body);
   return table;
 }

@@ -175,8 +175,11 @@ INPUT_CASES = [
     value("rigid_body_petsc", "end = 0.01\n", 'end = 0.01\nintegrator = "imex"\npressure = { solver = "petsc" }\n'
           + rigid_body(0.02, [0.03, 0.03, 0.03]).removeprefix("at_end = true") + "\n",
           PLACE + r"'rigid_bodies' needs time\.pressure\.solver = \"cg\""),
-    value("rigid_body_separating", "at_end = true", rigid_body(0.02, [0.03, 0.03, 0.03], 'mass = 1\ncontact = "separating"'),
-          PLACE + r"'rigid_bodies\.0\.contact' is \"separating\", which rigid bodies do not have"),
+    value("rigid_body_friction_that_slips", "at_end = true",
+          rigid_body(0.02, [0.03, 0.03, 0.03], 'mass = 1\ncontact = "slip"\nmaterial_friction = 0.3'),
+          PLACE + r"'rigid_bodies\.0\.material_friction'.*contact = \"separating\""),
+    guided("negative_friction", 'contact = "separating"\nmaterial_friction = -0.1',
+           r"material_friction' is -0.1; it must be at least 0"),
     guided("axis_and_line", "axis = [0, 0, 1]\nline = [1, 0, 0]", "line' is given beside 'axis'"),
     guided("point_alone", "axis_point = [0, 0, 1]", "axis_point' has no 'axis' through it"),
     guided("no_direction", "axis = [0, 0, 0]", r"axis' has no length; it must not be \[0, 0, 0\]"),
