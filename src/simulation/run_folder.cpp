@@ -25,6 +25,9 @@ void prepare_folder(const Comm& comm, const RunOptions& options) {
     remove_leftovers(options.folder);
     if (options.restart || !used) return;
     for (const char* name : {"history.csv", "status.json", "scene.toml"}) remove_file(path_in(options.folder, name));
+    for (const char* suffix : {".h5", ".xdmf"})
+      for (const std::string& name : numbered_files(options.folder, "failure_", suffix))
+        remove_file(path_in(options.folder, name));
   });
   if (!options.restart) remove_checkpoints_after(comm, options.folder, -1);
 }

@@ -75,6 +75,16 @@ class RunLoop : public testing::Test {
   }
 };
 
+TEST_F(RunLoop, OverwritingDeletesAnEarlierFailure) {
+  const std::vector<std::string> files{folder + "/status.json", folder + "/failure_000000003.h5",
+                                       folder + "/failure_000000003.xdmf"};
+  if (comm.is_root())
+    for (const std::string& file : files) std::ofstream(file) << "of the run before";
+  BULKLEY_MPI(MPI_Barrier(comm.get()));
+  prepare_folder(comm, options);
+  for (const std::string& file : files) EXPECT_FALSE(std::filesystem::exists(file)) << file;
+}
+
 TEST_F(RunLoop, ASecondOutputIsAskedAndWrites) {
   options.max_steps = 10;
   bulkley::Run run(comm, scene, options);
