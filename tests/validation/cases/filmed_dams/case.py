@@ -132,14 +132,15 @@ class FilmedDams(Case):
                     sheet.gate(f"{where}: reach in frame 8", last, LAST)
         if not rows:
             return
-        means = [f"{numpy.mean(errors):+.3f} (cells of {1e3 * cell:g} mm, {len(errors)} boxes)" for cell, errors in finals.items()]
+        means = [f"{numpy.mean(errors):+.3f} (cells of {1e3 * cell:g} mm, {len(errors)} boxes)"
+                 for cell, errors in finals.items() if len(errors) > 1]
         if FINE in finals and gated:
             sheet.gate(f"mean signed error of frame 8, {len(finals[FINE])} boxes{', imex' if imex else ''}",
                        float(numpy.mean(finals[FINE])), MEAN)
         sheet.say((f"Implicit pressure (`imex`) with the bulk modulus of water, {TRUE_MODULUS / 1e9:g} GPa, and the shear modulus of the "
                    f"softened fluid; transfer `{scheme}`" if imex else f"Transfer `{scheme}`")
-                  + (" (the program's default)" if gated else "") + ", errors over the film's reach in frame 8; mean of frame 8 "
-                  + ", ".join(means) + ":")
+                  + (" (the program's default)" if gated else "") + ", errors over the film's reach in frame 8"
+                  + (f"; mean of frame 8 {', '.join(means)}" if means else "") + ":")
         sheet.table(["film", "cells", "worst of frames 3 to 8", "frame 8", "the same in sigma", "t0", "worst with t0",
                      "frame 8 with t0",
                      "particles", "steps", "date", "commit"], rows)
