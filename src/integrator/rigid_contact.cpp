@@ -155,12 +155,12 @@ Vec3 RigidContact::body_velocity(const NodeConstraint& constraint, const std::ve
 // Coulomb: of the slip the body takes what friction x |normal impulse| stops.
 RigidContact::Share RigidContact::share_of(const NodeConstraint& constraint, const Node& node,
                                            const std::vector<Vec6>& motions) const {
-  if (constraint.contact != Contact::separating) return {1.0, constraint.contact == Contact::sticky ? 1.0 : 0.0};
+  if (constraint.contact != Contact::separating) return share_in_contact(constraint);
   const Vec3 relative = vector_of(node) - body_velocity(constraint, motions);
   const double normal_speed = relative.dot(constraint.normal);
   if (normal_speed >= 0.0) return {0.0, 0.0};
   const double stopped = -constraint.friction * normal_speed, slip = (relative - normal_speed * constraint.normal).norm();
-  if (stopped == 0.0) return {1.0, 0.0};
+  if (stopped == 0.0) return share_in_contact(constraint);
   return {1.0, stopped >= slip ? 1.0 : stopped / slip};
 }
 

@@ -36,7 +36,7 @@ class RigidContact {
   /// Sums of all bodies before any node; adds a node that one holds, {v, m}. Not collective.
   ExactSums no_sums() const;
   void add_node(const NodeConstraint& constraint, const Node& node, ExactSums& sums) const {
-    add_node(constraint, {1.0, constraint.contact == Contact::sticky ? 1.0 : 0.0}, node, sums);
+    add_node(constraint, share_in_contact(constraint), node, sums);
   }
   /// Each body with the nodes of such sums over all ranks. Throws as `merge`. Not collective.
   std::vector<MergedBody> merged(double time, const GridUpdate& update, const ExactSums& sums);
@@ -103,10 +103,13 @@ class RigidContact {
   /// Of a node's velocity relative to its body, what the body takes: of the part along the normal, and of the rest.
   struct Share {
     double normal, tangential;
-    bool operator==(const Share&) const = default;
   };
   static constexpr std::size_t n_sums = 27;  ///< lower triangle of a 6 x 6 matrix, row after row, then the right side
 
+  /// Of a node that touches, without friction.
+  static Share share_in_contact(const NodeConstraint& constraint) {
+    return {1.0, constraint.contact == Contact::sticky ? 1.0 : 0.0};
+  }
   void find_held(std::span<const NodeConstraint> moving, double smallest_mass, const Node* nodes);
   void find_walls_again(std::span<const NodeConstraint> moving);
   void add_node(const NodeConstraint& constraint, Share share, const Node& node, ExactSums& sums) const;

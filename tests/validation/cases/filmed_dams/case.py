@@ -65,11 +65,10 @@ class FilmedDams(Case):
     def imex_plans(self, long):
         if not long:
             return [imex_plan(box, SHORT_IMEX) for box in SHORT_BOXES]
-        boxes = [imex_plan(box, cell, 1.0, transfer) for cell in (COARSE, FINE) for box in BOXES for transfer in TRANSFERS]
+        cells = [imex_plan(box, cell, 1.0, transfer) for cell in (COARSE, FINE, *FINEST) for box in BOXES for transfer in TRANSFERS]
         gated = [imex_plan(box, cell, 1.0, transfer, gate=True) for cell in (COARSE, FINE) for box in BOXES for transfer in TRANSFERS]
-        cells = [imex_plan(box, cell, 1.0, transfer) for cell in FINEST for box in BOXES for transfer in TRANSFERS]
         limits = [imex_plan(STUDIED, COARSE, limits, transfer) for limits in LIMITS[1:] for transfer in TRANSFERS]
-        return boxes + gated + cells + limits
+        return cells + gated + limits
 
     def measure(self, run, plan):
         return films.front(run, films.Film(plan.facts["film"]), plan.facts["cell"], plan.facts.get("start", 0.0))
