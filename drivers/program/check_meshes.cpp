@@ -6,6 +6,7 @@
 #include <set>
 
 #include "geometry/mesh_shape.hpp"
+#include "program/human_text.hpp"
 
 namespace bulkley {
 
@@ -17,18 +18,14 @@ const Mesh* sole_mesh(const Shape& shape) {
   return std::get_if<Mesh>(&shape.kind);
 }
 
-std::string counted(std::size_t n, const char* one, const char* several) {
-  return fmt::format("{} {}", n, n == 1 ? one : several);
-}
-
 /// `seeded`: m^3, NaN where particles of this mesh cannot be distinguished from others.
 void print_mesh(const std::string& owner, const Mesh& mesh, double seeded) {
   const MeshFacts& facts = mesh.solid->facts();
   const Vec3 size = facts.upper - facts.lower;
   fmt::print("mesh       {}: {}\n", owner, mesh.file);
   fmt::print("           {} triangles, {}, {}; {:.4g} x {:.4g} x {:.4g} m\n", mesh.solid->mesh().triangles.size(),
-             facts.closed() ? "closed" : counted(facts.n_holes, "hole", "holes"),
-             counted(facts.n_components, "component", "components"), size[0], size[1], size[2]);
+             facts.closed() ? "closed" : counted(static_cast<double>(facts.n_holes), "hole"),
+             counted(static_cast<double>(facts.n_components), "component"), size[0], size[1], size[2]);
   const double volume = std::abs(facts.volume);
   fmt::print("           volume {:.6g} m^3 by the divergence theorem", volume);
   if (std::isfinite(seeded)) fmt::print(", seeded {:.6g} m^3, ratio {:.4f}", seeded, seeded / volume);
@@ -42,13 +39,14 @@ void warn_of(const Mesh& mesh) {
     warn(fmt::format(
         "is not closed: {} with {} at their rims; the surface of winding number 1/2 closes them, and the volume is "
         "only about right",
-        counted(facts.n_holes, "hole", "holes"), counted(facts.n_boundary_edges, "boundary edge", "boundary edges")));
+        counted(static_cast<double>(facts.n_holes), "hole"),
+        counted(static_cast<double>(facts.n_boundary_edges), "boundary edge")));
   if (facts.volume < 0.0) warn("faces inwards: it is taken the other way round");
   const WeldCount& dropped = mesh.welded;
   if (dropped.degenerate > 0)
-    warn(fmt::format("has {} without area, dropped", counted(dropped.degenerate, "triangle", "triangles")));
+    warn(fmt::format("has {} without area, dropped", counted(static_cast<double>(dropped.degenerate), "triangle")));
   if (dropped.duplicates > 0)
-    warn(fmt::format("has {}, dropped", counted(dropped.duplicates, "repeated triangle", "repeated triangles")));
+    warn(fmt::format("has {}, dropped", counted(static_cast<double>(dropped.duplicates), "repeated triangle")));
   if (facts.n_components > 1)
     warn(fmt::format("has {} components; where they overlap they are one solid", facts.n_components));
 }

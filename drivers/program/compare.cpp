@@ -8,7 +8,7 @@ namespace bulkley {
 
 namespace {
 
-struct Arguments {
+struct CompareArguments {
   std::string a, b;
   double tolerance = -1.0;
 };
@@ -16,7 +16,7 @@ struct Arguments {
 }  // namespace
 
 Command add_compare(CLI::App& app) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<CompareArguments>();
   app.add_option("a", arguments->a, "checkpoint, or a run's folder for its newest one")->required()->type_name("A.h5");
   app.add_option("b", arguments->b, "checkpoint, or a run's folder for its newest one")->required()->type_name("B.h5");
   app.add_option("--tolerance", arguments->tolerance,

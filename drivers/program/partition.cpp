@@ -21,7 +21,7 @@ namespace {
 
 constexpr int most_ranks = 1 << 20;
 
-struct Arguments {
+struct PartitionArguments {
   SceneArguments scene;
   std::string ranks, methods, frame, before, csv;
   int ranks_per_node = 0;
@@ -92,7 +92,7 @@ Snapshot read_snapshot(const Comm& comm, const Scene& scene, const std::string& 
   return snapshot;
 }
 
-PartitionTask task_of(const Comm& comm, const Scene& scene, const Arguments& arguments) {
+PartitionTask task_of(const Comm& comm, const Scene& scene, const PartitionArguments& arguments) {
   PartitionTask task;
   task.grid = scene.grid;
   TileCensus census;
@@ -124,7 +124,7 @@ void print_task(const Scene& scene, const PartitionTask& task) {
   fmt::print("particles  {} in {} tiles\n", task.n_particles, task.load.size());
 }
 
-ExitCode run_partition(const Comm& comm, const Arguments& arguments) {
+ExitCode run_partition(const Comm& comm, const PartitionArguments& arguments) {
   if (comm.size() > 1)
     throw UsageError("bulkley partition runs on one rank; -n gives the numbers of ranks to partition for");
   const std::vector<int> counts = rank_counts(arguments.ranks);
@@ -146,7 +146,7 @@ ExitCode run_partition(const Comm& comm, const Arguments& arguments) {
 }  // namespace
 
 Command add_partition(CLI::App& app) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<PartitionArguments>();
   arguments->scene.declare(app);
   app.add_option("-n,--ranks", arguments->ranks, "numbers of ranks, such as 8,64,512")->required()->type_name("RANKS");
   app.add_option("--methods", arguments->methods, "methods to compare, such as hilbert,metis (default: all)")

@@ -114,8 +114,7 @@ std::vector<PartitionRow> rows_of(const PartitionTask& task, PartitionMethod met
     }
     if (left && method == PartitionMethod::bisection && n_ranks > 1) {
       Partition changed;
-      double seconds =
-          time_of([&] { changed = *recut(task.grid, task.load, *left, KeptCuts::tight_tolerance); });
+      double seconds = time_of([&] { changed = *recut(task.grid, task.load, *left, KeptCuts::tight_tolerance); });
       add("kept within 2 %", seconds, changed);
       seconds = time_of([&] { changed = make_partition(task.grid, settings, task.load, n_ranks, nullptr, task.cost); });
       add("made anew", seconds, changed);
@@ -138,7 +137,7 @@ std::string short_text(double value) {
   return fmt::format("{:.{}f}", value, value < 1.0 ? 3 : digits);
 }
 
-std::string percent(double part) { return std::isnan(part) ? "-" : fmt::format("{:.1f}", 100.0 * part); }
+std::string percentage(double part) { return std::isnan(part) ? "-" : fmt::format("{:.1f}", 100.0 * part); }
 
 std::string csv_number(double value) { return std::isnan(value) ? std::string() : fmt::format("{:.9g}", value); }
 
@@ -173,12 +172,11 @@ std::string partition_table(std::span<const PartitionRow> rows) {
   for (const PartitionRow& row : rows) {
     constexpr double kib = 1024.0, milli = 1e3;
     if (!row.chosen.empty())
-      text +=
-          fmt::format("{:<28}{:>8.3f}{:>10.3f}{:>8.2f}{:>8.1f}{:>6.0f}{:>8}{:>8}{:>9}{:>8.1f}{:>6.0f}{:>10}{:>7}{:>11}\n",
-                      label(row), row.load, row.particles, row.halo, row.neighbours_mean, row.neighbours_max,
-                      short_text(row.bytes_mean / kib), short_text(row.bytes_max / kib), percent(row.off_node),
-                      row.messages_mean, row.messages_max, short_text(row.step_seconds * milli), percent(row.moved),
-                      short_text(row.seconds * milli));
+      text += fmt::format(
+          "{:<28}{:>8.3f}{:>10.3f}{:>8.2f}{:>8.1f}{:>6.0f}{:>8}{:>8}{:>9}{:>8.1f}{:>6.0f}{:>10}{:>7}{:>11}\n", label(row),
+          row.load, row.particles, row.halo, row.neighbours_mean, row.neighbours_max, short_text(row.bytes_mean / kib),
+          short_text(row.bytes_max / kib), percentage(row.off_node), row.messages_mean, row.messages_max,
+          short_text(row.step_seconds * milli), percentage(row.moved), short_text(row.seconds * milli));
     for (const std::string& remark : row.remarks) text += fmt::format("{}: {}\n", row.method, remark);
   }
   return text;

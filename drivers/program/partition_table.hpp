@@ -37,7 +37,7 @@ struct PartitionRow {
   double load = 1.0, particles = 1.0;  ///< largest over mean
   double halo = 0.0;                   ///< nodes of footprints beyond a rank's tiles, over those of its tiles
   double neighbours_mean = 0.0, neighbours_max = 0.0;
-  double bytes_mean = 0.0, bytes_max = 0.0;  ///< sent per rank and step
+  double bytes_mean = 0.0, bytes_max = 0.0;                    ///< sent per rank and step
   double off_node = std::numeric_limits<double>::quiet_NaN();  ///< part of all bytes that leaves a node; NaN: no nodes
   double messages_mean = 0.0, messages_max = 0.0;
   double step_seconds = 0.0;

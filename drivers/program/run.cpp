@@ -13,7 +13,7 @@ namespace bulkley {
 
 namespace {
 
-struct Arguments {
+struct RunArguments {
   SceneArguments scene;
   RunOptions options;
   std::string walltime;
@@ -21,7 +21,7 @@ struct Arguments {
 };
 
 // The command that continues the run, on any number of ranks; without limits of this part, except the wall time.
-std::string continuation(const Arguments& a, const std::string& folder) {
+std::string continuation(const RunArguments& a, const std::string& folder) {
   std::string text = "bulkley run " + shell_word(a.scene.file);
   for (const std::string& override : a.scene.overrides) text += " --set " + shell_word(override);
   text += " --out " + shell_word(folder) + " --restart";
@@ -32,7 +32,7 @@ std::string continuation(const Arguments& a, const std::string& folder) {
 }  // namespace
 
 Command add_run(CLI::App& app) {
-  auto a = std::make_shared<Arguments>();
+  auto a = std::make_shared<RunArguments>();
   a->scene.declare(app);
   app.add_option("--out", a->options.folder, "folder for everything the run writes (default: out/NAME-OF-SCENE)")
       ->type_name("DIR");

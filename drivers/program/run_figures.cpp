@@ -12,7 +12,6 @@ namespace bulkley {
 
 namespace {
 
-constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t bytes_looked_at = 4'000'000;
 constexpr std::size_t n_recent_rows = 100;
 

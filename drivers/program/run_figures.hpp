@@ -17,7 +17,8 @@ struct EnergyFigures {
 
 /// The energy budget as the last row has it, J since the budget began. NaN if no row contains it.
 struct AccountFigures {
-  double gravity, acceleration_field, magnetic_field, to_grid, time_integration, to_grid_and_integration, from_grid, removed, residual;
+  double gravity, acceleration_field, magnetic_field, to_grid, time_integration, to_grid_and_integration, from_grid, removed,
+      residual;
   std::vector<std::pair<std::string, double>> contact_losses, contact_works;  ///< of walls and colliders, by name
   bool known() const { return residual == residual; }
 };

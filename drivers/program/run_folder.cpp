@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bulkley/base/error.hpp"
+#include "io/files/json_text.hpp"
 #include "io/files/text_file.hpp"
 
 namespace bulkley {
@@ -18,9 +19,7 @@ namespace bulkley {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
 
-constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 constexpr double longest_silence = 120.0;       // s; status.json is renewed every 20 s, but a step may take longer
 constexpr double longest_silence_steps = 20.0;  // in steps
 

@@ -2,6 +2,7 @@
 // The output folder of a run, running or ended, as a reader finds it who must not disturb it: nothing is written, locked or
 // opened as HDF5, and what appears or vanishes meanwhile is no error.
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,8 @@
 #include "parallel/phases.hpp"
 
 namespace bulkley {
+
+constexpr double unknown = std::numeric_limits<double>::quiet_NaN();  ///< of a figure that the files of a run do not tell
 
 struct CheckpointFile {
   std::string path;

@@ -5,12 +5,11 @@
 
 #include "bulkley/base/error.hpp"
 #include "distribution/message_sizes.hpp"
+#include "distribution/message_tags.hpp"
 
 namespace bulkley {
 
 namespace {
-
-constexpr int tag = 5;
 
 // The stencil of a cell by its place in a tile. Tiles at {0, 1}^3 above that one are numbered 0 to 7, z fastest.
 template <int s>
@@ -409,10 +408,10 @@ void exchange_counts(const Comm& comm, const CellGrid& grid, std::vector<std::in
   }
   std::size_t k = 0;
   for (const CellGrid::Neighbour& known : grid.neighbours()) {
-    BULKLEY_MPI(MPI_Irecv(in[k].data(), static_cast<int>(in[k].size()), MPI_INT32_T, known.rank, tag, comm.get(),
-                          &requests.emplace_back()));
-    BULKLEY_MPI(MPI_Isend(out[k].data(), static_cast<int>(out[k].size()), MPI_INT32_T, known.rank, tag, comm.get(),
-                          &requests.emplace_back()));
+    BULKLEY_MPI(MPI_Irecv(in[k].data(), static_cast<int>(in[k].size()), MPI_INT32_T, known.rank, message_tag::cells,
+                          comm.get(), &requests.emplace_back()));
+    BULKLEY_MPI(MPI_Isend(out[k].data(), static_cast<int>(out[k].size()), MPI_INT32_T, known.rank, message_tag::cells,
+                          comm.get(), &requests.emplace_back()));
     ++k;
   }
   BULKLEY_MPI(MPI_Waitall(static_cast<int>(requests.size()), requests.data(), MPI_STATUSES_IGNORE));
@@ -449,15 +448,15 @@ void CellHalo::exchange(const Comm& comm, double* values, int width) {
   for (const Neighbour& neighbour : neighbours_)
     if (!neighbour.received.empty()) {
       const std::size_t n = neighbour.received.size() * w;
-      BULKLEY_MPI(
-          MPI_Irecv(from, static_cast<int>(n), MPI_DOUBLE, neighbour.rank, tag, comm.get(), &requests_.emplace_back()));
+      BULKLEY_MPI(MPI_Irecv(from, static_cast<int>(n), MPI_DOUBLE, neighbour.rank, message_tag::cells, comm.get(),
+                            &requests_.emplace_back()));
       from += n;
     }
   for (const Neighbour& neighbour : neighbours_)
     if (!neighbour.sent.empty()) {
       double* const begin = to;
       for (const LocalIndex n : neighbour.sent) to = std::copy_n(values + static_cast<std::size_t>(n) * w, w, to);
-      BULKLEY_MPI(MPI_Isend(begin, static_cast<int>(to - begin), MPI_DOUBLE, neighbour.rank, tag, comm.get(),
+      BULKLEY_MPI(MPI_Isend(begin, static_cast<int>(to - begin), MPI_DOUBLE, neighbour.rank, message_tag::cells, comm.get(),
                             &requests_.emplace_back()));
     }
   BULKLEY_MPI(MPI_Waitall(static_cast<int>(requests_.size()), requests_.data(), MPI_STATUSES_IGNORE));

@@ -5,14 +5,9 @@
 #include <algorithm>
 
 #include "bulkley/parallel/petsc.hpp"
+#include "distribution/message_tags.hpp"
 
 namespace bulkley {
-
-namespace {
-
-constexpr int tag = 3;
-
-}  // namespace
 
 std::vector<MessageSize> exchange_counts(const Comm& comm, const std::vector<MessageSize>& outgoing) {
   std::vector<PetscMPIInt> ranks;
@@ -44,13 +39,13 @@ std::vector<std::int32_t> trade(const Comm& comm, const std::vector<MessageSize>
   std::int32_t* to = received.data();
   for (const MessageSize& message : incoming) {
     const auto count = static_cast<int>(message.count * numbers_per_item);
-    BULKLEY_MPI(MPI_Irecv(to, count, MPI_INT32_T, message.rank, tag, comm.get(), &requests.emplace_back()));
+    BULKLEY_MPI(MPI_Irecv(to, count, MPI_INT32_T, message.rank, message_tag::trade, comm.get(), &requests.emplace_back()));
     to += count;
   }
   const std::int32_t* from = sent.data();
   for (const MessageSize& message : outgoing) {
     const auto count = static_cast<int>(message.count * numbers_per_item);
-    BULKLEY_MPI(MPI_Isend(from, count, MPI_INT32_T, message.rank, tag, comm.get(), &requests.emplace_back()));
+    BULKLEY_MPI(MPI_Isend(from, count, MPI_INT32_T, message.rank, message_tag::trade, comm.get(), &requests.emplace_back()));
     from += count;
   }
   BULKLEY_MPI(MPI_Waitall(static_cast<int>(requests.size()), requests.data(), MPI_STATUSES_IGNORE));

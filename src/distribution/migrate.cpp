@@ -9,12 +9,12 @@
 
 #include "bulkley/parallel/petsc.hpp"
 #include "distribution/message_sizes.hpp"
+#include "distribution/message_tags.hpp"
 
 namespace bulkley {
 
 namespace {
 
-constexpr int tag = 1;
 constexpr std::size_t message_limit = std::size_t{64} << 20;  // bytes; well below what an int counts
 
 std::size_t bytes_moving(const ParticleSet& particles) {
@@ -119,10 +119,10 @@ LocalIndex exchange_particles(const Comm& comm, std::span<const Departure> depar
   std::vector<std::byte> received(static_cast<std::size_t>(n_arriving) * bytes_per_particle);
   std::vector<MPI_Request> requests;
   for_each_message(incoming, bytes_per_particle, received.data(), [&](std::byte* start, int bytes, int rank) {
-    BULKLEY_MPI(MPI_Irecv(start, bytes, MPI_BYTE, rank, tag, comm.get(), &requests.emplace_back()));
+    BULKLEY_MPI(MPI_Irecv(start, bytes, MPI_BYTE, rank, message_tag::migrants, comm.get(), &requests.emplace_back()));
   });
   for_each_message(outgoing, bytes_per_particle, sent.data(), [&](std::byte* start, int bytes, int rank) {
-    BULKLEY_MPI(MPI_Isend(start, bytes, MPI_BYTE, rank, tag, comm.get(), &requests.emplace_back()));
+    BULKLEY_MPI(MPI_Isend(start, bytes, MPI_BYTE, rank, message_tag::migrants, comm.get(), &requests.emplace_back()));
   });
   remove(leaving, particles);
   const LocalIndex first_arrival = particles.size();

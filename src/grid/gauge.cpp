@@ -11,13 +11,13 @@ namespace bulkley {
 
 namespace {
 
-struct Interval {
+struct Stretch {
   double begin, end;
   double length() const { return std::max(0.0, end - begin); }
 };
 
 struct Rectangle {
-  Interval x, y;
+  Stretch x, y;
 };
 
 /// Area of the part of a disc of radius 1 around the origin with x < a and y < b.
@@ -62,8 +62,8 @@ double patch_overlap(const GridGeometry& grid, const Gauge& gauge, const FacePla
   if (gauge.lower) {
     const Vec3 &lower = *gauge.lower, &upper = *gauge.upper;
     if (plane.position < lower[plane.normal] - near || plane.position > upper[plane.normal] + near) return 0.0;
-    const Interval x{std::max(r.x.begin, lower[plane.first]), std::min(r.x.end, upper[plane.first])};
-    const Interval y{std::max(r.y.begin, lower[plane.second]), std::min(r.y.end, upper[plane.second])};
+    const Stretch x{std::max(r.x.begin, lower[plane.first]), std::min(r.x.end, upper[plane.first])};
+    const Stretch y{std::max(r.y.begin, lower[plane.second]), std::min(r.y.end, upper[plane.second])};
     return x.length() * y.length();
   }
   if (gauge.center) {
@@ -76,7 +76,7 @@ double patch_overlap(const GridGeometry& grid, const Gauge& gauge, const FacePla
 }
 
 /// The stretches of an axis that belong to a node: half a cell to both sides, within the domain.
-std::vector<Interval> stretches(const GridGeometry& grid, int axis, int node) {
+std::vector<Stretch> stretches(const GridGeometry& grid, int axis, int node) {
   const double h = grid.cell_size, lower = grid.lower[axis], upper = grid.upper()[axis];
   const int n = grid.n_cells[static_cast<std::size_t>(axis)];
   const int i = std::clamp(node - grid.node_offset(axis), 0, n);
@@ -153,8 +153,8 @@ double collider_area(const GridGeometry& grid, const Gauge& gauge, const Collide
 double face_share(const GridGeometry& grid, const Gauge& gauge, const Int3& node) {
   const FacePlane plane = plane_of(grid, *gauge.face);
   double whole = 0.0, part = 0.0;
-  for (const Interval& x : stretches(grid, plane.first, node[static_cast<std::size_t>(plane.first)]))
-    for (const Interval& y : stretches(grid, plane.second, node[static_cast<std::size_t>(plane.second)])) {
+  for (const Stretch& x : stretches(grid, plane.first, node[static_cast<std::size_t>(plane.first)]))
+    for (const Stretch& y : stretches(grid, plane.second, node[static_cast<std::size_t>(plane.second)])) {
       whole += x.length() * y.length();
       part += patch_overlap(grid, gauge, plane, {x, y});
     }

@@ -15,8 +15,8 @@ namespace bulkley {
 namespace {
 
 // Addends of nodes and particles are formed in blocks that BinnedSum reads from the first-level cache.
-constexpr std::size_t block_size = 1024;
-using Block = double[block_size];
+constexpr std::size_t sum_block = 1024;
+using Block = double[sum_block];
 
 double kinetic_energy(const ParticleSet& particles, LocalIndex p, double inertia) {
   double affine = 0.0;
@@ -31,8 +31,8 @@ double kinetic_energy(const ParticleSet& particles, LocalIndex p, double inertia
 // Calls fill(n, i) for every node n of `active` in blocks, i being its place in the block, then done(size).
 template <class Fill, class Done>
 void by_blocks(std::span<const LocalIndex> active, Fill fill, Done done) {
-  for (std::size_t first = 0; first < active.size(); first += block_size) {
-    const std::size_t size = std::min(block_size, active.size() - first);
+  for (std::size_t first = 0; first < active.size(); first += sum_block) {
+    const std::size_t size = std::min(sum_block, active.size() - first);
     for (std::size_t i = 0; i < size; ++i) fill(active[first + i], i);
     done(size);
   }
@@ -232,8 +232,8 @@ void EnergyBudget::add_moved(const ParticleSet& particles, ParticleBlock block) 
   for (int a = 0; a < 3; ++a) v[a] = particles.real(Field::velocity, a);
   for (int c = 0; c < 9; ++c) affine[c] = particles.real(Field::affine_velocity, c);
   alignas(sizeof(Pack)) Block energy;
-  for (LocalIndex first = block.begin; first < end; first += static_cast<LocalIndex>(block_size)) {
-    const LocalIndex size = std::min<LocalIndex>(static_cast<LocalIndex>(block_size), end - first);
+  for (LocalIndex first = block.begin; first < end; first += static_cast<LocalIndex>(sum_block)) {
+    const LocalIndex size = std::min<LocalIndex>(static_cast<LocalIndex>(sum_block), end - first);
     for (LocalIndex i = 0; i < size; i += n_lanes) {
       const LocalIndex p = first + i;
       Pack sum{};

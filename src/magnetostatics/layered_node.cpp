@@ -9,8 +9,8 @@ namespace {
 
 // e^2: a lone particle of an eighth of a cell has gradients of at most 0.05.
 constexpr double small_gradient_squared = 0.05 * 0.05;
-constexpr int newton_steps = 8;
-constexpr double newton_converged = 1e-8;  // the step after it would be of the order of its square
+constexpr int layered_steps = 8;
+constexpr double layered_converged = 1e-8;  // the step after it would be of the order of its square
 
 // h of |h|^2 = across/(1 + c N_n x)^2 + along/(1 + c N_t x)^2 with x = m(h)/h: by Newton's method from the weak field's.
 double inner_field(const Mixture& mixture, double across, double along, double cn, double ct, double weak) {
@@ -21,13 +21,13 @@ double inner_field(const Mixture& mixture, double across, double along, double c
     return std::sqrt(std::max(across / (n * n) + along / (t * t), least));
   };
   double h = strength(weak);
-  for (int n = 0; n < newton_steps; ++n) {
+  for (int n = 0; n < layered_steps; ++n) {
     const Magnetisation::Response m = mixture.response(h);
     const double x = m.magnetisation / h, found = strength(x);
     const double by_x = -(across * cn / std::pow(1.0 + cn * x, 3) + along * ct / std::pow(1.0 + ct * x, 3)) / found;
     const double step = (h - found) / (1.0 - by_x * (m.slope - x) / h);
     h -= step;
-    if (std::abs(step) < newton_converged * h) break;
+    if (std::abs(step) < layered_converged * h) break;
   }
   return h;
 }

@@ -8,12 +8,12 @@ namespace bulkley {
 
 namespace {
 
-struct Node {
+struct Knot {
   double value;  ///< u = ln xi
   double slope;  ///< du / d ln A
 };
 
-Node node_at(double log_A, double m) {
+Knot knot_at(double log_A, double m) {
   const OverstressSplit<double> split = split_overstress(1.0, log_A, m, true, nullptr);
   return {std::log(split.remaining), -split.relaxed / (split.remaining + m * split.relaxed)};
 }
@@ -26,7 +26,7 @@ OverstressTable::OverstressTable(double eta, double h) : eta_(eta), h_(h), log_e
   for (std::size_t i = 0; i < pieces_.size(); ++i) {
     const double t = static_cast<double>(i) * width - bound;
     const double scale = t < 0.0 ? 1.0 : m;  // ln A over t
-    const Node left = node_at(t * scale, m), right = node_at((t + width) * scale, m);
+    const Knot left = knot_at(t * scale, m), right = knot_at((t + width) * scale, m);
     const double left_slope = left.slope * scale * width, right_slope = right.slope * scale * width;
     const double rise = right.value - left.value;
     pieces_[i] = {left.value, left_slope, 3.0 * rise - 2.0 * left_slope - right_slope,

@@ -14,7 +14,6 @@ namespace bulkley::rheometer {
 
 namespace {
 
-constexpr double instant = 1e-9;           // of the duration: the time of the elastic jump
 constexpr double stress_tolerance = 1e-9;  // relative
 constexpr double longest_jump = 100.0;     // strain in one step; beyond, the material cannot carry the stress
 

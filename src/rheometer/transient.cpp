@@ -10,8 +10,6 @@ namespace bulkley::rheometer {
 
 namespace {
 
-constexpr double instant = 1e-9;  // of the duration: the time that a step of strain takes
-
 std::optional<double> analytic_start_up(const Specimen& specimen, Flow flow, double rate, double strain) {
   const double J = specimen.volume_ratio();
   if (const auto solid = solid_stress(specimen.material(), flow, strain, J)) return solid->stress;

@@ -9,6 +9,8 @@
 
 namespace bulkley::rheometer {
 
+constexpr double instant = 1e-9;  ///< of the duration: the time that a jump takes, of strain or elastic
+
 struct StartUpSettings {
   Flow flow = Flow::simple_shear;
   std::vector<double> rates;      ///< 1/s, > 0

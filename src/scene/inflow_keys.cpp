@@ -27,10 +27,6 @@ const config::Choice<Section>& section_types() {
   return choice;
 }
 
-config::Rule length_rule(const std::string& about) {
-  return {.about = about, .unit = "m", .range = config::above(0.0), .required = true};
-}
-
 void check_inflow(const Value& table, Inflow& inflow, Faults& faults) {
   inflow.place = table.place.text();
   const int n_given = (inflow.flow_rate ? 1 : 0) + (inflow.speed ? 1 : 0) + (table.find("key_frames") ? 1 : 0) +

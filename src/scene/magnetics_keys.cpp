@@ -10,6 +10,7 @@
 #include "config/nearest.hpp"
 #include "scene/petsc_option_keys.hpp"
 #include "scene/scene.hpp"
+#include "scene/shape_keys.hpp"
 
 namespace bulkley {
 namespace {
@@ -73,9 +74,6 @@ Keys<Source> placed_keys(const std::string& about) {
 
 const config::Rule remanence_rule = {
     .about = "Remanence B_r of the magnet; negative: poles exchanged.", .unit = "T", .required = true};
-config::Rule length_rule(const std::string& about) {
-  return {.about = about, .unit = "m", .range = config::above(0.0), .required = true};
-}
 
 }  // namespace
 

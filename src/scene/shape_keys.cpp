@@ -125,6 +125,10 @@ const Keys<Plane>& keys(config::Of<Plane>) {
   return table;
 }
 
+config::Rule length_rule(const std::string& about) {
+  return {.about = about, .unit = "m", .range = config::above(0.0), .required = true};
+}
+
 config::Names<Axis> names(config::Of<Axis>) { return {{"x", Axis::x}, {"y", Axis::y}, {"z", Axis::z}}; }
 
 const Keys<Mesh>& keys(config::Of<Mesh>) {

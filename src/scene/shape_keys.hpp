@@ -19,6 +19,9 @@ const config::Keys<Difference>& keys(config::Of<Difference>);
 
 config::Names<Axis> names(config::Of<Axis>);
 
+/// Of a key that must be given: a length above zero, m.
+config::Rule length_rule(const std::string& about);
+
 /// The turn of a placed shape as scenes write it.
 struct RotationInput {
   Vec3 axis = Vec3::UnitZ();

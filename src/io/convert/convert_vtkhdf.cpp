@@ -11,8 +11,6 @@ namespace bulkley {
 
 namespace {
 
-constexpr std::uint8_t vertex = 1;  // VTK_VERTEX
-
 /// An array of `n_total` rows, of which this rank has `count` from `first` on.
 Array array_of(const std::string& name, ArrayType type, GlobalIndex n_total, GlobalIndex first, GlobalIndex count,
                const std::string& meaning) {
@@ -73,7 +71,7 @@ void write_vtkhdf(const Comm& comm, const std::string& path, const Share& share)
   content.arrays.push_back(counting_array("Connectivity", total, share.first, count));
   content.arrays.push_back(counting_array("Offsets", total + 1, share.first, count + (is_last ? 1 : 0)));
   Array types = array_of("Types", ArrayType::uint8, total, share.first, count, "VTK_VERTEX");
-  types.fill = [](GlobalIndex, GlobalIndex n, std::byte* out) { std::fill_n(out, n, std::byte{vertex}); };
+  types.fill = [](GlobalIndex, GlobalIndex n, std::byte* out) { std::fill_n(out, n, std::byte{vtk_vertex}); };
   content.arrays.push_back(std::move(types));
   for (const Column& column : share.snapshot.fields)
     content.arrays.push_back(column_array(share, column, "PointData/" + column.name));

@@ -12,7 +12,6 @@ namespace bulkley {
 
 namespace {
 
-constexpr std::uint8_t vertex = 1;  // VTK_VERTEX
 constexpr const char* footer = "\n  </AppendedData>\n</VTKFile>\n";
 
 /// An array behind the XML; `fill` gives the bytes of rows [first, first + n) of this rank.
@@ -53,11 +52,12 @@ std::vector<Block> blocks_of(const Share& share) {
       std::iota(numbers, numbers + n, begin + first);
     };
   };
-  std::vector<Block> blocks{
-      block_of(share, share.snapshot.position),
-      {"connectivity", "Int64", 1, sizeof(GlobalIndex), numbers_from(share.first)},
-      {"offsets", "Int64", 1, sizeof(GlobalIndex), numbers_from(share.first + 1)},
-      {"types", "UInt8", 1, 1, [](GlobalIndex, GlobalIndex n, std::byte* out) { std::fill_n(out, n, std::byte{vertex}); }}};
+  std::vector<Block> blocks{block_of(share, share.snapshot.position),
+                            {"connectivity", "Int64", 1, sizeof(GlobalIndex), numbers_from(share.first)},
+                            {"offsets", "Int64", 1, sizeof(GlobalIndex), numbers_from(share.first + 1)},
+                            {"types", "UInt8", 1, 1, [](GlobalIndex, GlobalIndex n, std::byte* out) {
+                               std::fill_n(out, n, std::byte{vtk_vertex});
+                             }}};
   for (const Column& column : share.snapshot.fields) blocks.push_back(block_of(share, column));
   return blocks;
 }

@@ -1,6 +1,7 @@
 #pragma once
 // What convert.hpp reads: the chosen columns and the chosen rows of a file's particles.
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -8,6 +9,8 @@
 #include "io/convert/convert.hpp"
 
 namespace bulkley {
+
+constexpr std::uint8_t vtk_vertex = 1;  ///< VTK_VERTEX, the type of the cells of particles in VTK's files
 
 /// A field of the particles.
 struct Column {

@@ -1,0 +1,10 @@
+#pragma once
+// Tags of the messages between ranks, one for each purpose: what is under way for one is never taken for another.
+
+namespace bulkley::message_tag {
+
+constexpr int migrants = 1;
+constexpr int trade = 3;
+constexpr int cells = 5;
+
+}  // namespace bulkley::message_tag
