@@ -1,14 +1,12 @@
 #include "distribution/migrate.hpp"
 
-#include <petscsys.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cstring>
 #include <new>
 #include <vector>
 
-#include "bulkley/parallel/petsc.hpp"
-#include "distribution/message_sizes.hpp"
 #include "distribution/message_tags.hpp"
 
 namespace bulkley {
@@ -24,15 +22,6 @@ std::size_t bytes_moving(const ParticleSet& particles) {
   return bytes;
 }
 
-std::vector<MessageSize> messages_of(const std::vector<Departure>& departures) {
-  std::vector<MessageSize> messages;
-  for (const Departure& d : departures) {
-    if (messages.empty() || messages.back().rank != d.rank) messages.push_back({d.rank, 0});
-    ++messages.back().count;
-  }
-  return messages;
-}
-
 template <std::size_t size>
 void gather_elements(const std::byte* column, std::span<const Departure> message, std::byte* to) {
   for (const Departure& d : message) {
@@ -41,56 +30,67 @@ void gather_elements(const std::byte* column, std::span<const Departure> message
   }
 }
 
-// A message is one column after the other, in the order of the field table.
-std::vector<std::byte> pack(const ParticleSet& particles, std::span<const Departure> departures,
-                            const std::vector<MessageSize>& messages) {
-  std::vector<std::byte> buffer(departures.size() * bytes_moving(particles));
-  std::byte* to = buffer.data();
-  for (const MessageSize& message : messages) {
-    const auto here = departures.first(static_cast<std::size_t>(message.count));
-    departures = departures.subspan(here.size());
-    for (std::size_t c = 0; c < particles.columns().size(); ++c) {
-      const ParticleSet::Column& column = particles.columns()[c];
-      if (!column.moves) continue;
-      if (column.element_size == 1)
-        gather_elements<1>(particles.data(c), here, to);
-      else
-        gather_elements<8>(particles.data(c), here, to);
-      to += here.size() * column.element_size;
-    }
+// What a message begins with; then one column of its particles after the other, in the order of the field table.
+struct Header {
+  std::int64_t n_particles;
+  std::int64_t generation;  // of the sender's neighbours: of the map that it follows
+};
+
+std::vector<std::byte> pack(const ParticleSet& particles, std::span<const Departure> departures, std::int64_t generation,
+                            std::size_t bytes_per_particle) {
+  std::vector<std::byte> message(sizeof(Header) + departures.size() * bytes_per_particle);
+  const Header header{static_cast<std::int64_t>(departures.size()), generation};
+  std::memcpy(message.data(), &header, sizeof header);
+  std::byte* to = message.data() + sizeof header;
+  for (std::size_t c = 0; c < particles.columns().size(); ++c) {
+    const ParticleSet::Column& column = particles.columns()[c];
+    if (!column.moves) continue;
+    if (column.element_size == 1)
+      gather_elements<1>(particles.data(c), departures, to);
+    else
+      gather_elements<8>(particles.data(c), departures, to);
+    to += departures.size() * column.element_size;
   }
-  return buffer;
+  return message;
 }
 
-void unpack(const std::vector<std::byte>& buffer, const std::vector<MessageSize>& messages, LocalIndex first,
-            ParticleSet& particles) {
-  const std::byte* from = buffer.data();
-  std::size_t at = static_cast<std::size_t>(first);
-  for (const MessageSize& message : messages) {
-    for (std::size_t c = 0; c < particles.columns().size(); ++c) {
-      const ParticleSet::Column& column = particles.columns()[c];
-      if (!column.moves) continue;
-      const std::size_t bytes = static_cast<std::size_t>(message.count) * column.element_size;
-      std::memcpy(particles.data(c) + at * column.element_size, from, bytes);
-      from += bytes;
-    }
-    at += static_cast<std::size_t>(message.count);
+void unpack(const std::byte* from, std::size_t n, LocalIndex first, ParticleSet& particles) {
+  for (std::size_t c = 0; c < particles.columns().size(); ++c) {
+    const ParticleSet::Column& column = particles.columns()[c];
+    if (!column.moves) continue;
+    const std::size_t bytes = n * column.element_size;
+    std::memcpy(particles.data(c) + static_cast<std::size_t>(first) * column.element_size, from, bytes);
+    from += bytes;
   }
 }
 
-// Posts `post(start, bytes, rank)` for every message; both sides split alike, and MPI keeps their order.
-template <class Post>
-void for_each_message(const std::vector<MessageSize>& messages, std::size_t bytes_per_particle, std::byte* buffer,
-                      Post post) {
-  for (const MessageSize& message : messages) {
-    std::size_t left = static_cast<std::size_t>(message.count) * bytes_per_particle;
-    while (left > 0) {
-      const std::size_t bytes = std::min(left, message_limit);
-      post(buffer, static_cast<int>(bytes), message.rank);
-      buffer += bytes;
-      left -= bytes;
-    }
+// In parts of at most message_limit, of which MPI keeps the order.
+void send(const Comm& comm, const std::vector<std::byte>& message, int rank, std::vector<MPI_Request>& requests) {
+  for (std::size_t at = 0; at < message.size(); at += message_limit) {
+    const int bytes = static_cast<int>(std::min(message.size() - at, message_limit));
+    BULKLEY_MPI(
+        MPI_Isend(message.data() + at, bytes, MPI_BYTE, rank, message_tag::migrants, comm.get(), &requests.emplace_back()));
   }
+}
+
+// The whole message of a neighbour.
+std::vector<std::byte> receive(const Comm& comm, int rank, std::size_t bytes_per_particle) {
+  MPI_Message handle;
+  MPI_Status status;
+  int bytes = 0;
+  BULKLEY_MPI(MPI_Mprobe(rank, message_tag::migrants, comm.get(), &handle, &status));
+  BULKLEY_MPI(MPI_Get_count(&status, MPI_BYTE, &bytes));
+  std::vector<std::byte> message(static_cast<std::size_t>(bytes));
+  BULKLEY_MPI(MPI_Mrecv(message.data(), bytes, MPI_BYTE, &handle, MPI_STATUS_IGNORE));
+  Header header;
+  std::memcpy(&header, message.data(), sizeof header);
+  std::size_t at = message.size();
+  message.resize(sizeof header + static_cast<std::size_t>(header.n_particles) * bytes_per_particle);
+  for (; at < message.size(); at += message_limit) {
+    bytes = static_cast<int>(std::min(message.size() - at, message_limit));
+    BULKLEY_MPI(MPI_Recv(message.data() + at, bytes, MPI_BYTE, rank, message_tag::migrants, comm.get(), MPI_STATUS_IGNORE));
+  }
+  return message;
 }
 
 void remove(std::span<const Departure> departures, ParticleSet& particles) {
@@ -102,42 +102,48 @@ void remove(std::span<const Departure> departures, ParticleSet& particles) {
   particles.remove(gone);
 }
 
-LocalIndex exchange_particles(const Comm& comm, std::span<const Departure> departures, ParticleSet& particles) {
+LocalIndex exchange_particles(const Comm& comm, const Neighbours& neighbours, std::span<const Departure> departures,
+                              ParticleSet& particles) {
   std::vector<Departure> leaving(departures.begin(), departures.end());
   std::stable_sort(leaving.begin(), leaving.end(), [](const Departure& a, const Departure& b) { return a.rank < b.rank; });
-  const std::vector<MessageSize> outgoing = messages_of(leaving);
-  const std::vector<MessageSize> incoming = exchange_counts(comm, outgoing);
-  if (outgoing.empty() && incoming.empty()) return 0;
-
-  GlobalIndex n_arriving = 0;
-  for (const MessageSize& message : incoming) n_arriving += message.count;
-  const LocalIndex n_after =
-      ParticleSet::checked_size(particles.size() - static_cast<GlobalIndex>(leaving.size()) + n_arriving);
-
   const std::size_t bytes_per_particle = bytes_moving(particles);
-  std::vector<std::byte> sent = pack(particles, leaving, outgoing);
-  std::vector<std::byte> received(static_cast<std::size_t>(n_arriving) * bytes_per_particle);
+  std::vector<std::vector<std::byte>> sent;
+  sent.reserve(neighbours.ranks().size());
   std::vector<MPI_Request> requests;
-  for_each_message(incoming, bytes_per_particle, received.data(), [&](std::byte* start, int bytes, int rank) {
-    BULKLEY_MPI(MPI_Irecv(start, bytes, MPI_BYTE, rank, message_tag::migrants, comm.get(), &requests.emplace_back()));
-  });
-  for_each_message(outgoing, bytes_per_particle, sent.data(), [&](std::byte* start, int bytes, int rank) {
-    BULKLEY_MPI(MPI_Isend(start, bytes, MPI_BYTE, rank, message_tag::migrants, comm.get(), &requests.emplace_back()));
-  });
-  remove(leaving, particles);
-  const LocalIndex first_arrival = particles.size();
-  particles.resize(n_after);
+  std::span<const Departure> left = leaving;
+  for (const int rank : neighbours.ranks()) {
+    const auto end = std::find_if(left.begin(), left.end(), [&](const Departure& d) { return d.rank != rank; });
+    const auto here = left.first(static_cast<std::size_t>(end - left.begin()));
+    left = left.subspan(here.size());
+    sent.push_back(pack(particles, here, neighbours.generation(), bytes_per_particle));
+    send(comm, sent.back(), rank, requests);
+  }
+  BULKLEY_ASSERT(left.empty());  // all went to neighbours
+  if (!leaving.empty()) remove(leaving, particles);
+  const LocalIndex n_stayed = particles.size();
+  for (const int rank : neighbours.ranks()) {
+    const std::vector<std::byte> message = receive(comm, rank, bytes_per_particle);
+    Header header;
+    std::memcpy(&header, message.data(), sizeof header);
+    if (header.generation != neighbours.generation())
+      throw RunError(fmt::format("rank {} sends particles by map {}, rank {} follows map {}", rank, header.generation,
+                                 comm.rank(), neighbours.generation()));
+    if (header.n_particles == 0) continue;
+    const LocalIndex first = particles.size();
+    particles.resize(ParticleSet::checked_size(first + header.n_particles));
+    unpack(message.data() + sizeof header, static_cast<std::size_t>(header.n_particles), first, particles);
+  }
   BULKLEY_MPI(MPI_Waitall(static_cast<int>(requests.size()), requests.data(), MPI_STATUSES_IGNORE));
-  unpack(received, incoming, first_arrival, particles);
-  return static_cast<LocalIndex>(n_arriving);
+  return particles.size() - n_stayed;
 }
 
 }  // namespace
 
-LocalIndex migrate(const Comm& comm, std::span<const Departure> departures, ParticleSet& particles) {
+LocalIndex migrate(const Comm& comm, const Neighbours& neighbours, std::span<const Departure> departures,
+                   ParticleSet& particles) {
   // What goes wrong on one rank in the middle of an exchange cannot be told to the others, which wait for its messages.
   try {
-    return exchange_particles(comm, departures, particles);
+    return exchange_particles(comm, neighbours, departures, particles);
   } catch (const std::bad_alloc&) {
     abort_all_ranks("out of memory while particles migrate", __FILE__, __LINE__);
   } catch (const RunError& error) {

@@ -33,14 +33,19 @@ class ParticleGrid {
   /// The particles of this rank. Whoever changes positions hands every block to `place` and ends with `finish_move`.
   ParticleSet& particles() { return particles_; }
   const ParticleSet& particles() const { return particles_; }
-  /// Tiles and rows of this rank's pool, where its particles are in it, and the way to the owners of its nodes. All change
-  /// when version() does.
+  /// Tiles and rows of this rank's pool, where its particles are in it, and the way to the owners of its nodes. Layout and
+  /// exchange change when local_version() does.
   const PoolLayout& layout() const { return layout_; }
   const CellMap& map() const { return map_; }
   Exchange& exchange() { return *exchange_; }
   const Exchange& exchange() const { return *exchange_; }
-  /// Number of the present pools: arrays made for another one do not fit. The same on every rank.
+  /// Number of the present pools of all ranks: what ranks have made together for other ones does not fit. The same on every rank.
   GlobalIndex version() const { return version_; }
+  /// The same for this rank: arrays made for another one do not fit. It stays when pools change that have nothing to do with
+  /// this rank's.
+  GlobalIndex local_version() const { return local_version_; }
+  /// The ranks with which this one exchanges particles and nodes.
+  const Neighbours& neighbours() const { return neighbours_; }
 
   /// What is known of the particles as they are, merged over ranks.
   const StepBounds& bounds() const { return bounds_; }
@@ -79,7 +84,10 @@ class ParticleGrid {
 
  private:
   void migrate_leavers(StepBounds& local);
-  void rebuild();
+  void rebuild_pool();
+  void note_unknown_owners();
+  void introduce();
+  void connect();
 
   const Comm& comm_;
   GridGeometry grid_;
@@ -91,6 +99,8 @@ class ParticleGrid {
   StepBounds bounds_;
   BoundsReduction reduce_;
   PoolLayout layout_;
+  Neighbours neighbours_;
+  std::vector<int> unknown_;  ///< ranks that must become neighbours
   std::unique_ptr<Exchange> exchange_;
   CellMap map_;
   StepBounds outside_;                    ///< what `place` has found since begin_move
@@ -99,7 +109,7 @@ class ParticleGrid {
   std::vector<Departure> departures_;
   double exchange_wait_ = 0.0;  ///< of exchanges that are gone, s
   GlobalIndex n_jumps_ = 0;     ///< since the last sort
-  GlobalIndex version_ = 0;
+  GlobalIndex version_ = 1, local_version_ = 1;
 };
 
 }  // namespace bulkley

@@ -1,6 +1,9 @@
 #pragma once
 // Between the nodes that ranks own because of their particles (Exchange) and a field on the whole grid.
 
+#include <petscsf.h>
+
+#include "bulkley/parallel/petsc.hpp"
 #include "distribution/exchange.hpp"
 #include "field/field_grid.hpp"
 
@@ -23,7 +26,7 @@ class TileScatter {
   void to_owned(const double* field, double* owned) const;
 
  private:
-  SfHandle sf_;  ///< roots: nodes of the field; leaves: active owned nodes
+  PetscHandle<PetscSF, PetscSFDestroy> sf_;  ///< roots: nodes of the field; leaves: active owned nodes
   MPI_Datatype node_type_ = MPI_DATATYPE_NULL;
   std::size_t field_size_;
 };

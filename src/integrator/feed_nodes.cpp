@@ -7,7 +7,7 @@ namespace bulkley {
 
 namespace {
 
-constexpr double reach = 0.75;        // of a cell, across the section, as for sticky colliders
+constexpr double held_reach = 0.75;   // of a cell, across the section, as for sticky colliders
 constexpr double reach_behind = 1.5;  // cells behind the feed: the stencils of its last particles
 
 }  // namespace
@@ -47,11 +47,11 @@ std::vector<NodeConstraint> FeedNodes::at(double time, double dt, std::span<cons
     const NozzleState nozzle = feed.at(time, stretches[f]),
                       middle = feed.at(std::min(time + 0.5 * dt, feed.end()), stretches[f]);
     const double from = -feed.length() - reach_behind * dx;
-    const Bounds box = feed.bounds(nozzle, reach * dx, from);
+    const Bounds box = feed.bounds(nozzle, held_reach * dx, from);
     for (std::size_t n = 0; n < nodes_.size(); ++n) {
       const Vec3 x = grid.node_position(nodes_[n]);
       if ((x.array() < box.lower.array()).any() || (x.array() > box.upper.array()).any()) continue;
-      if (!feed.holds(nozzle, x, reach * dx, from)) continue;
+      if (!feed.holds(nozzle, x, held_reach * dx, from)) continue;
       Vec3 velocity = feed.velocity(middle, x);
       // A node of the tube moves with the share of its cell that is bore, so that the volume that flows is right.
       if (const Walled* wall = wall_at(places_[n])) {

@@ -25,11 +25,11 @@ StepParts::StepParts(const Physics& all_physics, ParticleGrid& all_particles, No
 }
 
 bool StepParts::fit() {
-  if (fitted_ == particles.version()) return false;
+  if (fitted_ == particles.local_version()) return false;
   const PhaseTimer timer(times, Phase::rebuild);
   contact.fit(particles.exchange());
   if (!forces.empty()) active_positions = particles.exchange().active_positions();
-  fitted_ = particles.version();
+  fitted_ = particles.local_version();
   return true;
 }
 

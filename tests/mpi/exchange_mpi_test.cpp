@@ -2,6 +2,7 @@
 #include "distribution/exchange.hpp"
 
 #include <gtest/gtest.h>
+#include <petscsys.h>
 
 #include <algorithm>
 #include <cmath>

@@ -41,6 +41,15 @@ int n_damaged(const ParticleSet& particles, LocalIndex p) {
   return damaged;
 }
 
+// Those that the departures go to, and come from.
+Neighbours neighbours_for(const Comm& comm, const std::vector<Departure>& departures) {
+  std::vector<int> ranks;
+  for (const Departure& d : departures) ranks.push_back(d.rank);
+  Neighbours neighbours(comm);
+  neighbours.introduce(ranks);
+  return neighbours;
+}
+
 class Migrate : public testing::Test {
  protected:
   Comm comm{PETSC_COMM_WORLD};
@@ -63,7 +72,8 @@ class Migrate : public testing::Test {
     }
     std::shuffle(departures.begin(), departures.end(), std::mt19937(comm.rank()));
 
-    const LocalIndex n_received = migrate(comm, departures, particles);
+    const Neighbours neighbours = neighbours_for(comm, departures);
+    const LocalIndex n_received = migrate(comm, neighbours, departures, particles);
 
     EXPECT_EQ(particles.size(), n_staying + n_received);
     std::set<GlobalIndex> seen;
@@ -134,7 +144,7 @@ TEST_F(Migrate, WithoutVelocityGradient) {
   std::vector<Departure> departures;
   if (comm.rank() != 0)
     for (LocalIndex p = 0; p < 10; ++p) departures.push_back({p, 0});
-  migrate(comm, departures, particles);
+  migrate(comm, neighbours_for(comm, departures), departures, particles);
   EXPECT_EQ(particles.size(), comm.is_root() ? 10 * comm.size() : 0);
   for (LocalIndex p = 0; p < particles.size(); ++p) {
     EXPECT_EQ(particles.id()[p], p);  // arrivals are ordered by source rank
