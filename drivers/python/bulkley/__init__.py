@@ -13,8 +13,9 @@ from bulkley.launch import run
 from bulkley.maps import Map, Profile, binned, profile, slab
 from bulkley.particles import Checkpoint, Frame, Grid, ParticleFile, is_chosen, open_file
 from bulkley.run_folder import Run, Series, open_run
+from bulkley.studies import Case, Study, open_study, study
 from bulkley.values import values_of
 
-__all__ = ["Checkpoint", "DataError", "Frame", "Grid", "History", "Map", "ParticleFile", "Profile", "Run", "RunError",
-           "Series", "Table", "__version__", "binned", "is_chosen", "open_file", "open_run", "profile",
-           "read_history", "run", "slab", "values_of"]
+__all__ = ["Case", "Checkpoint", "DataError", "Frame", "Grid", "History", "Map", "ParticleFile", "Profile", "Run", "RunError",
+           "Series", "Study", "Table", "__version__", "binned", "is_chosen", "open_file", "open_run", "open_study", "profile",
+           "read_history", "run", "slab", "study", "values_of"]
