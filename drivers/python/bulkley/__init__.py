@@ -15,7 +15,8 @@ from bulkley.particles import Checkpoint, Frame, Grid, ParticleFile, is_chosen, 
 from bulkley.run_folder import Run, Series, open_run
 from bulkley.studies import Case, Study, open_study, study
 from bulkley.values import values_of
+from bulkley.viewing import view
 
 __all__ = ["Case", "Checkpoint", "DataError", "Frame", "Grid", "History", "Map", "ParticleFile", "Profile", "Run", "RunError",
            "Series", "Study", "Table", "__version__", "binned", "is_chosen", "open_file", "open_run", "open_study", "profile",
-           "read_history", "run", "slab", "study", "values_of"]
+           "read_history", "run", "slab", "study", "values_of", "view"]
