@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""The notebook drivers/python/examples/tutorial.ipynb runs from end to end, and its cells show pictures, a bar and the study's rows;
-it is kept without outputs. Ends with 77, and the reason, where nbconvert or a kernel of Python is missing."""
+"""The notebook drivers/python/examples/tutorial.ipynb runs from end to end, and its cells show pictures, a bar and the
+study's rows; it is kept without outputs. Ends with 77, and the reason, where nbconvert or a kernel of Python is missing."""
 
 import importlib.util
 import json

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Pictures of a run from Python: plot, movie and view draw what the files hold; who draws where ParaView, k3d or matplotlib are
-missing, and the sentences where nobody can."""
+"""Pictures of a run from Python: plot, movie and view draw what the files hold; who draws where ParaView, k3d or matplotlib
+are missing, and the sentences where nobody can."""
 
 import os
 import pathlib
@@ -77,7 +77,8 @@ def check_tables(run):
     checkpoint = run.checkpoints[-1]
     try:
         import pandas  # noqa: F401
-        expect(np.array_equal(checkpoint.to_pandas(["velocity"])["velocity_z"], checkpoint["velocity"][:, 2]), "a checkpoint")
+        expect(np.array_equal(checkpoint.to_pandas(["velocity"])[
+               "velocity_z"], checkpoint["velocity"][:, 2]), "a checkpoint")
     except ImportError:
         pass
     with Without("pandas"):
@@ -161,7 +162,8 @@ def check_view(run):
     kept = sys.modules.get("k3d")
     sys.modules["k3d"] = stand_in()
     one, = bulkley.view(frame)
-    expect(np.array_equal(one.positions, frame.positions.astype(np.float32)) and np.allclose(one.attribute, speed), "one frame")
+    expect(np.array_equal(one.positions, frame.positions.astype(np.float32))
+           and np.allclose(one.attribute, speed), "one frame")
     expect(np.allclose(one.color_range, np.percentile(speed, (1, 99))), "the range of the colours")
     several, = run.view()
     expect(list(several.positions) == ["0", "0.005", "0.01", "0.015", "0.02"] and np.allclose(several.attribute["0.02"], speed),
@@ -178,7 +180,8 @@ def check_view(run):
 
 
 def main():
-    arguments = parse_arguments(__doc__, lambda parser: parser.add_argument("--pvpython", help="draw a film with it, and nothing else"))
+    arguments = parse_arguments(__doc__, lambda parser: parser.add_argument(
+        "--pvpython", help="draw a film with it, and nothing else"))
     program, work = start(arguments)
     work = work.resolve()
     os.environ["BULKLEY"] = str(pathlib.Path(program.path).resolve())

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""bulkley.run of drivers/python: scenes from dictionaries and files, the sentences of refused and failed runs, the bar of progress,
-and Ctrl-C, which stops a run with a checkpoint that it continues from, bit for bit."""
+"""bulkley.run of drivers/python: scenes from dictionaries and files, the sentences of refused and failed runs, the bar of
+progress, and Ctrl-C, which stops a run with a checkpoint that it continues from, bit for bit."""
 
 import io
 import os
@@ -21,7 +21,7 @@ sys.path[:0] = [str(ROOT / "tests/support"), str(PACKAGE)]
 import bulkley  # noqa: E402
 from bulkley.history import last_row  # noqa: E402
 from bulkley.launch import AS_ROOT, WORKSTATION, environment, sentence_of  # noqa: E402
-from bulkley.progress import WIDTH, Bar  # noqa: E402
+from bulkley.progress import WIDTH, Bar, time_left  # noqa: E402
 from bulkley.scene_file import set_words, toml_text  # noqa: E402
 from bulkley_program import fail, parse_arguments, start  # noqa: E402
 from small_scene import small_scene  # noqa: E402
@@ -45,7 +45,7 @@ def refused(work, code, *words):
     fail(f"nothing is said about {words}")
 
 
-# --- what needs no run ------------------------------------------------------------------------------------------------------
+# --- what needs no run -----------------------------------------------------------------------------------------------------
 
 def check_scene_text():
     scene = small_scene()
@@ -80,7 +80,8 @@ def check_environment():
     """That of cluster/environment.sh, but in a batch system none."""
     script = f". {ROOT}/cluster/environment.sh; env -0"
     clean = {name: value for name, value in os.environ.items() if name not in (*WORKSTATION, *AS_ROOT, "SLURM_JOB_ID")}
-    text = subprocess.run(["bash", "-c", script], env={"PATH": os.environ["PATH"]}, capture_output=True, text=True, check=True).stdout
+    text = subprocess.run(["bash", "-c", script], env={"PATH": os.environ["PATH"]},
+                          capture_output=True, text=True, check=True).stdout
     told = dict(entry.split("=", 1) for entry in text.split("\0") if "=" in entry)
     told = {name: value for name, value in told.items() if name.startswith(("OMP", "PRTE", "HWLOC", "OPENBLAS"))}
     kept = dict(os.environ)
@@ -107,10 +108,13 @@ def check_bar():
     bar.close()
     lines = told.getvalue().splitlines()
     expect([line.split("]")[1].split()[0] for line in lines] == ["0", "50", "100"], f"a line for each tenth: {lines}")
+    left = [time_left(*times) for times in ((1.0, 0.5, 0.5), (3.0, 0.0, 1.0),
+                      (3.0, 0.5, 0.5), (3.0, 0.02, 0.9), (3.0, 1e-4, 0.9))]
+    expect(left == ["", "", ", 3 s left", ", 2 min 15 s left", ", 7 h 30 min left"], f"times left: {left}")
     expect(lines[1].startswith(f"x [{'#' * (WIDTH // 2)}{'-' * (WIDTH // 2)}]"), f"half a bar: {lines[1]}")
 
 
-# --- runs -------------------------------------------------------------------------------------------------------------------
+# --- runs ------------------------------------------------------------------------------------------------------------------
 
 def check_dictionary():
     """A run on two ranks from a dictionary: the same particles as the program's own from the file."""
@@ -125,7 +129,8 @@ def check_dictionary():
     expect(lines[0].startswith("two [") and "100 %" in lines[-1] and "t = 0.02 of 0.02 s" in lines[-1], f"the bar: {lines}")
     again = bulkley.run("two/input.toml", out="one", sets={"materials.fluid.yield_stress": 30.0})
     rows = again.checkpoints[-1].rows_of(run.checkpoints[-1].ids)
-    expect(np.array_equal(again.checkpoints[-1]["position"][rows], run.checkpoints[-1]["position"]), "a dictionary and its file")
+    expect(np.array_equal(again.checkpoints[-1]["position"][rows],
+           run.checkpoints[-1]["position"]), "a dictionary and its file")
     other = bulkley.run("two/input.toml", out="one", sets={"materials.fluid.yield_stress": 3.0}, overwrite=True)
     expect(other.scene["materials"]["fluid"]["yield_stress"] == 3.0, "a key that was set")
     short = bulkley.run(small_scene(), out="short", max_steps=7)
@@ -174,7 +179,7 @@ def check_warnings():
     expect(run.status["warnings"] and [str(one.message) for one in caught] == run.status["warnings"], f"warnings: {caught}")
 
 
-# --- Ctrl-C -----------------------------------------------------------------------------------------------------------------
+# --- Ctrl-C ----------------------------------------------------------------------------------------------------------------
 
 LONG = """
 import sys
@@ -239,7 +244,8 @@ def check_interruption(program, ranks):
     drawn, last = script.end()
     run = bulkley.open_run(out)
     status = run.status
-    expect(last == "KeyboardInterrupt" and status["state"] == "stopped" and "signal" in status["reason"], f"{last}, {status}")
+    expect(last == "KeyboardInterrupt" and status["state"] ==
+           "stopped" and "signal" in status["reason"], f"{last}, {status}")
     expect(run.checkpoints[-1].step == status["step"] > 0, "the checkpoint of the last step")
     expect(drawn.count("\r") >= 2 and f"{out} [" in drawn and "restart=True continues it" in drawn, f"the bar: {drawn!r}")
     sets = {"time.end": 100.0, "output.frame_interval": 0}

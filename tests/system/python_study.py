@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""bulkley.study of drivers/python: all combinations run once, several at a time; what is finished is not run again, what was stopped
-or killed goes on, failed cases are rows with the program's sentence; the job script that it writes for Slurm; bad arguments."""
+"""bulkley.study of drivers/python: all combinations run once, several at a time; what is finished is not run again, what was
+stopped or killed goes on, failed cases are rows with the program's sentence; the job script that it writes for Slurm; bad
+arguments."""
 
 import io
 import json
@@ -55,7 +56,8 @@ def check_study():
     lines = bar.getvalue().splitlines()
     expect(lines[-1].startswith("study [") and lines[-1].endswith("100 %  6 of 6 cases, 4 failed"), f"the bar: {lines}")
     table = study.table()
-    expect(list(table)[:8] == ["case", STRESS, VELOCITY, "state", "step", "time", "wall_time", "error"], f"columns {list(table)}")
+    expect(list(table)[:8] == ["case", STRESS, VELOCITY, "state", "step",
+           "time", "wall_time", "error"], f"columns {list(table)}")
     expect(list(table["state"]) == ["finished", "failed", "refused"] * 2, f"states {table['state']}")
     expect(list(table[STRESS]) == [10.0] * 3 + [30.0] * 3 and list(table[VELOCITY])[:2] == ["[0, 0, -1]", "[0, 0, -500]"],
            "the values of the keys")
@@ -63,7 +65,8 @@ def check_study():
     expect(errors[0] == "" and "crushed" in errors[1] and "'bodies.0.velocity' has 2 entries" in errors[2]
            and "\n" not in errors[2], f"errors {errors}")
     first = bulkley.open_run("out/study/1")
-    expect(first.scene["materials"]["fluid"]["yield_stress"] == 10.0 and first.scene["bodies"][0]["velocity"] == [0, 0, -1], "1")
+    expect(first.scene["materials"]["fluid"]["yield_stress"] ==
+           10.0 and first.scene["bodies"][0]["velocity"] == [0, 0, -1], "1")
     for name in ("reach.reach", "sensor.force_z", "kinetic_energy"):
         expect(table[name][0] == first.history[name][-1] and np.isnan(table[name][2]), f"the last row's {name}")
     expect(table["step"][0] == first.status["step"] and table["wall_time"][0] == first.status["wall_time"]
@@ -85,10 +88,16 @@ def check_resumption():
     expect(starts() == before, "finished and failed cases were run again")
     bulkley.study(small_scene(), {STRESS: [30.0], VELOCITY: PARAMETERS[VELOCITY]}, retry_failed=True)
     expect({name for name, time_ in starts().items() if time_ != before[name]} == {"5"}, "retry_failed")
+    # One whose rank or node did not answer goes on by itself.
+    case, before = bulkley.open_study("out/study")[4], starts()
+    (case.folder / "status.json").write_text(json.dumps({**case.status, "unresponsive": True}), encoding="utf-8")
+    bulkley.study(small_scene(), {STRESS: [30.0], VELOCITY: PARAMETERS[VELOCITY]})
+    expect({name for name, time_ in starts().items() if time_ != before[name]} == {"5"}, "an unresponsive case")
     # Further values are further cases; those that there are keep their folders.
     before = starts()
     more = bulkley.study(small_scene(), {STRESS: [20, 10], VELOCITY: [[0, 0, -1]]}, ranks=2)
-    expect([case.number for case in more] == [7, 1] and {n for n in starts() if starts()[n] != before.get(n)} == {"7"}, "more")
+    expect([case.number for case in more] == [7, 1] and {
+           n for n in starts() if starts()[n] != before.get(n)} == {"7"}, "more")
     expect(bulkley.open_run("out/study/7").status["ranks"] == 2, "ranks")
     whole = bulkley.open_study("out/study")
     expect(len(whole) == 7 and whole.script is None and [case.state for case in whole][-1] == "finished", "open_study")
@@ -126,8 +135,12 @@ def check_interruption():
     # One that was killed has a status that says "running", and a log with the reason.
     killed = dict(cases[1].status, state="running")
     (cases[1].folder / "status.json").write_text(json.dumps(killed), encoding="utf-8")
-    refused(bulkley.RunError, lambda: bulkley.study(scene, parameters, folder="stopped", sets=sets), "stopped/2", "another process")
-    cases[1].log.write_text("rank 0 was killed\n", encoding="utf-8")
+    refused(bulkley.RunError, lambda: bulkley.study(scene, parameters,
+            folder="stopped", sets=sets), "stopped/2", "another process")
+    cases[1].log.write_text("rank 0 was killed\n", encoding="utf-8")  # which a run that goes on may say of something else
+    refused(bulkley.RunError, lambda: bulkley.study(scene, parameters,
+            folder="stopped", sets=sets), "stopped/2", "another process")
+    cases[1].log.write_text("rank 0 was killed\nbulkley ended with exit code 137\n", encoding="utf-8")
     expect(cases[1].state == "killed" and cases[1].error == "rank 0 was killed", "a killed case")
     bulkley.study(scene, parameters, parallel=3, folder="stopped", sets=sets, max_steps=steps + 200)
     expect(all(case.state == "finished" for case in cases) and cases[0].status["first_step"] == steps
@@ -188,6 +201,9 @@ def check_job_script(work):
     # A case whose job was refused: the sentence is in the job's log, among the script's own.
     pathlib.Path("out/study/slurm_8.log").write_text("2026-01-01 10:00:00 job 5_8: part 1 of the run\nscene.toml: unknown key 'x'\n"
                                                      "srun: error: node: task 0: Exited with exit code 2\n", encoding="utf-8")
+    expect(made[1].state == "waiting", "a job that may go on")
+    with open("out/study/slurm_8.log", "a", encoding="utf-8") as log:
+        log.write("2026-01-01 10:00:01 job 5_8: bulkley refused its input (exit code 2): no further part\n")
     expect((made[1].state, made[1].error) == ("refused", "scene.toml: unknown key 'x'"), f"{made[1].state}, {made[1].error}")
     done = bulkley.study(small_scene(), {STRESS: [10], VELOCITY: [[0, 0, -1]]}, slurm={})
     expect(done.script is None and not pathlib.Path("out/study/study.sh").exists(), "a script without cases")

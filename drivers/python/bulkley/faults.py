@@ -11,8 +11,8 @@ class DataError(Exception):
 class RunError(Exception):
     """A run that cannot be made, was refused or has failed; the text is the program's sentence, or one about an argument.
 
-    `code`: exit code of the program (2 refused, 3 failed), None where it was not started; `folder`: output folder of the run,
-    None where it has none.
+    `code`: exit code of the program (2 refused, 3 failed; below 0: ended by that signal), None where it was not started;
+    `folder`: output folder of the run, None where it has none.
     """
 
     def __init__(self, sentence: str, code: int | None = None, folder: str | os.PathLike | None = None):

@@ -48,8 +48,8 @@ class History(Table):
 
 
 def last_row(path: str | os.PathLike) -> tuple[dict[str, float | str], dict[str, str]]:
-    """The last whole row of a history.csv, and the units, both by the columns' names without units; empty where there is no row
-    yet. However long the table is, only its two ends are read. Raises DataError."""
+    """The last whole row of a history.csv, and the units, both by the columns' names without units; empty where there is no
+    row yet. However long the table is, only its two ends are read. Raises DataError."""
     try:
         with open(path, "rb") as stream:
             header = stream.readline()

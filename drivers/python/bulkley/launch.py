@@ -21,6 +21,7 @@ from bulkley.run_folder import Run
 from bulkley.scene_file import set_words, toml_text
 
 STOPPED = 4  # exit code: stopped early with a checkpoint
+EXIT_CODE = "bulkley ended with exit code"  # in the last line of a kept log
 LOOKED_AT_EVERY = 0.05  # s
 PATIENCE = 10.0  # s, for a process that was told to end a second time
 # cluster/environment.sh, for Open MPI outside a batch system; what the environment says already is kept.
@@ -52,8 +53,8 @@ def launch_words(ranks: int, launcher: str) -> list[str]:
 
 
 def sentence_of(text: str) -> str:
-    """What the program said of its end, a line for each fault: without warnings, and without what mpirun adds between lines of
-    dashes, unless that is all there is."""
+    """What the program said of its end, a line for each fault: without warnings, and without what mpirun adds between lines
+    of dashes, unless that is all there is."""
     parts = re.split(r"^-{20,}$", text, flags=re.MULTILINE)
     for part in parts:
         lines = [line.strip().removeprefix("bulkley: ") for line in part.splitlines() if line.strip()]
@@ -64,7 +65,8 @@ def sentence_of(text: str) -> str:
 
 
 class Job:
-    """One run of the program in its own process group, so that Ctrl-C does not reach mpirun, which would end its ranks at once."""
+    """One run of the program in its own process group, so that Ctrl-C does not reach mpirun, which would end its ranks at
+    once."""
 
     def __init__(self, command: list[str], folder: pathlib.Path, log: pathlib.Path | None = None, max_steps: int | None = None):
         """`log`: file for what the program prints, kept; None: none is kept."""
@@ -134,8 +136,8 @@ class Job:
             return None
         if code < 0:
             text = f"{text}\nthe run was ended by signal {-code} ({signal.Signals(-code).name})"
-        if self.log is not None:
-            self.log.write_text(text, encoding="utf-8")
+        if self.log is not None:  # so that the log tells a run that has ended from one whose MPI library is talkative
+            self.log.write_text(f"{text.rstrip()}\n{EXIT_CODE} {code}\n", encoding="utf-8")
         return RunError(sentence_of(text) or f"the run ended with exit code {code} and said nothing", code, self.folder)
 
 
@@ -170,13 +172,14 @@ def run(scene: Mapping | str | os.PathLike, ranks: int = 1, *, out: str | os.Pat
         progress: bool | None = None) -> Run:
     """Runs a scene and waits for its end; returns the run, finished or (by the file STOP, `max_walltime`) stopped.
 
-    `scene`: a dictionary as the scene file has it, or a path of one; `out`: folder for everything the run writes, out/NAME of
-    the file by default, out/scene of a dictionary, which is written there as input.toml; `sets`: keys that differ, such as
-    {"materials.cream.yield_stress": 30.0}. Paths of meshes in dictionaries are taken from the current folder. `ranks` above 1
-    are started by `launcher`, to which their number is added. `restart` continues from the newest checkpoint, `overwrite`
-    deletes an earlier run. `progress`: a bar; by default on a terminal and in a notebook.
+    `scene`: a dictionary as the scene file has it, or a path of one; `out`: folder for everything the run writes, out/NAME
+    of the file by default, out/scene of a dictionary, which is written there as input.toml; `sets`: keys that differ, such
+    as {"materials.cream.yield_stress": 30.0}. Paths of meshes in dictionaries are taken from the current folder. `ranks`
+    above 1 are started by `launcher`, to which their number is added. `restart` continues from the newest checkpoint,
+    `overwrite` deletes an earlier run. `progress`: a bar; by default on a terminal and in a notebook.
 
-    Ctrl-C stops the run in order, with a checkpoint, and raises KeyboardInterrupt; a second one ends it at once. Raises RunError.
+    Ctrl-C stops the run in order, with a checkpoint, and raises KeyboardInterrupt; a second one ends it at once. Raises
+    RunError.
     """
     program_path, launching, words = find_program(program), launch_words(ranks, launcher), set_words(sets)
     check_whole_number("max_steps", max_steps, may_be_none=True)

@@ -23,8 +23,9 @@ def movie(run: "Run", path: str | os.PathLike, *, field: str | None = None, comp
           rate: float = 20.0, by: str | None = None, look: str | os.PathLike | None = None) -> pathlib.Path:
     """Writes a film of all frames to `path`, .gif or (with ffmpeg) .mp4; returns it.
 
-    `field`, `component`: the colours, by default the speed; `rate`: frames a second; `by`: "paraview", the default where pvpython is,
-    or "matplotlib", particles as dots; `look`: a file for ParaView (docs/rendering.md). Raises DataError in one sentence.
+    `field`, `component`: the colours, by default the speed; `rate`: frames a second; `by`: "paraview", the default where
+    pvpython is, or "matplotlib", particles as dots; `look`: a file for ParaView (docs/rendering.md). Raises DataError in one
+    sentence.
     """
     path = pathlib.Path(path)
     if path.suffix.lower() not in KINDS:
@@ -72,7 +73,8 @@ def render(folder: pathlib.Path, path: pathlib.Path, options: list[str]) -> None
                              errors="replace", check=False)
     if outcome.returncode != 0 or not path.is_file():
         said = [line for line in outcome.stdout.splitlines() if line.strip()]
-        raise DataError(f"ParaView did not draw '{path}': {said[-1].removeprefix('render.py: ') if said else 'it said nothing'}")
+        raise DataError(
+            f"ParaView did not draw '{path}': {said[-1].removeprefix('render.py: ') if said else 'it said nothing'}")
 
 
 def animate(run: "Run", path: pathlib.Path, field: str | None, component: str | int | None, rate: float) -> None:

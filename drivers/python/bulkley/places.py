@@ -18,13 +18,14 @@ def find_program(program: str | os.PathLike | None = None) -> str:
     given = program or os.environ.get("BULKLEY") or (BUILT if BUILT.is_file() else "bulkley")
     found = shutil.which(os.fspath(given))
     if found is None:
-        raise RunError(f"there is no program '{given}': build it, put it on the PATH, or set BULKLEY or 'program' to its path")
+        raise RunError(
+            f"there is no program '{given}': build it, put it on the PATH, or set BULKLEY or 'program' to its path")
     return os.path.abspath(found)
 
 
 def find_shared(name: str, file: str) -> pathlib.Path | None:
-    """A file of the folder `name` of SHARED; of the environment's BULKLEY_SCRIPTS or BULKLEY_SHARE, of this package's source tree
-    or prefix, or of the program's; None if it is nowhere."""
+    """A file of the folder `name` of SHARED; of the environment's BULKLEY_SCRIPTS or BULKLEY_SHARE, of this package's source
+    tree or prefix, or of the program's; None if it is nowhere."""
     roots = [PACKAGE.parents[2]]
     folders = [PACKAGE.parents[1] / name]
     if name == "jobs" and "BULKLEY_SCRIPTS" in os.environ:

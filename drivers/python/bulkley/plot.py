@@ -46,8 +46,8 @@ def plot_history(history: History, columns: str | Sequence[str], axes=None):
 
 
 def plot_sheets(folder: str | os.PathLike, columns: int = 3):
-    """All curves of a run's history.csv as `bulkley report` draws them, one axes a quantity, in so many columns: a figure. Raises
-    DataError where there is no row yet."""
+    """All curves of a run's history.csv as `bulkley report` draws them, one axes a quantity, in so many columns: a figure.
+    Raises DataError where there is no row yet."""
     plots = [plot for plot in history_plots(folder, math.nan, []).plots if any(len(curve.x) for curve in plot.curves)]
     if not plots:
         raise DataError(f"'{folder}' has no history.csv with rows")
@@ -77,8 +77,8 @@ def shown_once(figure):
 
 
 def plot_particles(file: ParticleFile, field: str | None = None, component: str | int | None = None, axes=None, **settings):
-    """All particles in space as dots, in a 3-D axes as large as the domain; of more than 20 000 about so many. `settings` go to
-    matplotlib's scatter."""
+    """All particles in space as dots, in a 3-D axes as large as the domain; of more than 20 000 about so many. `settings` go
+    to matplotlib's scatter."""
     axes = new_axes(axes, subplot_kw={"projection": "3d"})
     field, component = shown_field(file, field, component)
     chosen = thinned(file, MOST_DOTS)

@@ -105,8 +105,8 @@ class Run:
         return Series([Checkpoint(path) for path in self._numbered("checkpoint_")])
 
     def plot(self, columns: str | Sequence[str] | None = None):
-        """Columns of the history over time, as matplotlib axes; by default all that `bulkley report` draws, as a figure. Raises
-        DataError."""
+        """Columns of the history over time, as matplotlib axes; by default all that `bulkley report` draws, as a figure.
+        Raises DataError."""
         from bulkley import plot
         return plot.plot_sheets(self.folder) if columns is None else plot.plot_history(self.history, columns)
 

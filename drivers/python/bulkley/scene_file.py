@@ -16,8 +16,8 @@ FILE_KEYS = ("file", "key_frames_file")  # paths, which the program takes from t
 
 
 def toml_text(scene: Mapping) -> str:
-    """The scene as TOML: tables with headers, lists of tables as [[name]] with one key a line. Raises RunError where a value has
-    no form in TOML."""
+    """The scene as TOML: tables with headers, lists of tables as [[name]] with one key a line. Raises RunError where a value
+    has no form in TOML."""
     lines: list[str] = []
     add_table(lines, scene, [])
     return "\n".join(lines).lstrip("\n") + "\n"

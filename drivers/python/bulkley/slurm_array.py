@@ -1,4 +1,5 @@
-"""A study as a Slurm job array: the job script that Bulkley installs (cluster/jobs/slurm/study.sh), with a study's settings."""
+"""A study as a Slurm job array: the job script that Bulkley installs (cluster/jobs/slurm/study.sh), with a study's
+settings."""
 
 import os
 import pathlib
@@ -18,8 +19,8 @@ TAKEN = {"array": "the cases", "ntasks": "'ranks'", "ntasks-per-node": "'ranks'"
 
 def write_job_script(folder: pathlib.Path, scene: pathlib.Path, lines: list[list[str]], numbers: Sequence[int], *, ranks: int,
                      parallel: int | None, options: list[str], slurm: Mapping, program: str) -> pathlib.Path | None:
-    """Writes study.txt, `lines` of --set arguments, and study.sh, whose array are the lines `numbers`; None where there are none.
-    Raises RunError."""
+    """Writes study.txt, `lines` of --set arguments, and study.sh, whose array are the lines `numbers`; None where there are
+    none. Raises RunError."""
     directives = sbatch_options(slurm)
     if folder.absolute().as_posix().split() != [folder.absolute().as_posix()]:
         raise RunError(f"'{folder.absolute()}' has blanks, which a job script's options cannot have: give another 'folder'")
@@ -44,7 +45,8 @@ def write_job_script(folder: pathlib.Path, scene: pathlib.Path, lines: list[list
     for name, value in settings.items():
         text = with_line(text, rf"{name}=\S*", f"{name}={value}")
     text = with_line(text, r"options=\(\)", f"options=({shlex.join(options)})")
-    text = with_line(text, r"# module load bulkley.*", f"BULKLEY_SCRIPTS=${{BULKLEY_SCRIPTS:-{shlex.quote(str(functions.parent.absolute()))}}}")
+    text = with_line(text, r"# module load bulkley.*",
+                     f"BULKLEY_SCRIPTS=${{BULKLEY_SCRIPTS:-{shlex.quote(str(functions.parent.absolute()))}}}")
     try:
         (folder / "study.txt").write_text("".join(" ".join(words) + "\n" for words in lines), encoding="utf-8")
         (folder / "study.sh").write_text(text, encoding="utf-8")
@@ -69,8 +71,8 @@ def sbatch_options(slurm: Mapping) -> dict[str, str]:
 
 
 def with_line(text: str, pattern: str, line: str) -> str:
-    """`text` with `line` in place of what `pattern` matches at the start of a line, up to blanks; options of sbatch that the text
-    has not are added before its first."""
+    """`text` with `line` in place of what `pattern` matches at the start of a line, up to blanks; options of sbatch that the
+    text has not are added before its first."""
     changed, n = re.subn(rf"^{pattern}(?=\s|$)", lambda _: line, text, count=1, flags=re.MULTILINE)
     if n == 1:
         return changed

@@ -1,7 +1,8 @@
 """Parameter studies: one scene, all combinations of values of some keys, one run each, in one folder.
 
-The folder has study.json (the cases, and what scene they are of), and for case N its output folder N and what the program printed,
-N.log. Nothing else is remembered: a study that was interrupted, or runs on a cluster, is continued and read from these files.
+The folder has study.json (the cases, and what scene they are of), and for case N its output folder N and what the program
+printed, N.log. Nothing else is remembered: a study that was interrupted, or runs on a cluster, is continued and read from
+these files.
 """
 
 import hashlib
@@ -18,7 +19,7 @@ import numpy as np
 
 from bulkley.faults import DataError, RunError
 from bulkley.history import Table, last_row
-from bulkley.launch import (LOOKED_AT_EVERY, Job, check_whole_number, launch_words, run_command, sentence_of,
+from bulkley.launch import (EXIT_CODE, LOOKED_AT_EVERY, Job, check_whole_number, launch_words, run_command, sentence_of,
                             stop_in_order)
 from bulkley.places import find_program
 from bulkley.progress import Bar
@@ -29,13 +30,14 @@ from bulkley.slurm_array import submit, write_job_script
 SILENT_AFTER = 120.0  # s without an update of status.json, after which a run that should be running was killed
 FIGURES = ("case", "state", "step", "time", "wall_time", "error")
 UNITS = {"time": "s", "wall_time": "s"}
+JOB_GAVE_UP = ": no further part"  # in the log of a job: cluster/jobs/job_functions.sh
 OF_JOB_SCRIPT = re.compile(r"^(\d{4}-\d\d-\d\d \d\d:\d\d:\d\d job |srun: |slurmstepd: ).*$", re.MULTILINE)
 
 
 @dataclass(frozen=True)
 class Case:
-    """One run of a study. `number`: from 1, also the name of its folder; `values`: of the keys that are varied; `words`: all that
-    follows --set."""
+    """One run of a study. `number`: from 1, also the name of its folder; `values`: of the keys that are varied; `words`: all
+    that follows --set."""
 
     number: int
     values: dict
@@ -57,8 +59,8 @@ class Case:
 
     @property
     def state(self) -> str:
-        """As in status.json; "waiting" before the run has begun, "refused" where the program did not accept its input, "killed"
-        where it was ended from outside."""
+        """As in status.json; "waiting" before the run has begun, "refused" where the program did not accept its input,
+        "killed" where it was ended from outside."""
         state = self.status.get("state")
         if state in (None, "running") and self._said():
             return "refused" if state is None else "killed"
@@ -72,12 +74,13 @@ class Case:
             self._said() if self.state in ("refused", "killed") else ""
 
     def _said(self) -> str:
-        job_log = self.folder.with_name(f"slurm_{self.number}.log")
+        """What a run that has ended badly said last; "" where its log does not say that it has ended."""
         if self.log.is_file():
-            return sentence_of(self.log.read_text(encoding="utf-8", errors="replace"))
-        if job_log.is_file() and not self.status:
-            return sentence_of(OF_JOB_SCRIPT.sub("", job_log.read_text(encoding="utf-8", errors="replace")))
-        return ""
+            text, ending, _ = self.log.read_text(encoding="utf-8", errors="replace").rpartition(f"{EXIT_CODE} ")
+            return (sentence_of(text) or "it said nothing") if ending else ""
+        job_log = self.folder.with_name(f"slurm_{self.number}.log")
+        text = job_log.read_text(encoding="utf-8", errors="replace") if job_log.is_file() and not self.status else ""
+        return sentence_of(OF_JOB_SCRIPT.sub("", text)) if JOB_GAVE_UP in text else ""
 
     def is_done(self, max_steps: int | None) -> bool:
         """Whether the run has reached its end time, or the step that it is to end after."""
@@ -93,7 +96,8 @@ class Case:
             if age < SILENT_AFTER:
                 raise RunError(f"'{self.folder}' is written by another process, {age:.0f} s ago: wait for its end, or for "
                                f"{SILENT_AFTER:.0f} s if it was killed", folder=self.folder)
-        return not self.is_done(max_steps) and (state != "failed" or retry_failed)
+        may_go_on = state != "failed" or retry_failed or self.status.get("unresponsive", False)
+        return not self.is_done(max_steps) and may_go_on
 
     def start_options(self) -> dict:
         """Whether the run continues or begins anew."""
@@ -123,9 +127,9 @@ class Study(Sequence[Case]):
         return (open_run(case.folder) for case in self if (case.folder / "scene.toml").is_file())
 
     def table(self) -> Table:
-        """One row a case: its number, the values of the keys, state, last step, time (s) and wall time (s) of the last part, the
-        last row of its history (with fronts and gauges), and the sentence of a case that was refused or failed. Numbers that a case
-        does not have are NaN."""
+        """One row a case: its number, the values of the keys, state, last step, time (s) and wall time (s) of the last part,
+        the last row of its history (with fronts and gauges), and the sentence of a case that was refused or failed. Numbers
+        that a case does not have are NaN."""
         keys = list(dict.fromkeys(key for case in self for key in case.values))
         rows, units = [], dict(UNITS)
         for case in self:
@@ -140,7 +144,8 @@ class Study(Sequence[Case]):
     def submit(self) -> str:
         """Submits the job script by sbatch; the number of the job. Raises RunError."""
         if self.script is None:
-            raise RunError(f"the study in '{self.folder}' has no job script: give 'slurm', and some case that is not finished")
+            raise RunError(
+                f"the study in '{self.folder}' has no job script: give 'slurm', and some case that is not finished")
         return submit(self.script)
 
 
@@ -164,7 +169,7 @@ def column(values: list) -> np.ndarray:
                      value if isinstance(value, str) else json.dumps(value) for value in values])
 
 
-# --- the folder ---------------------------------------------------------------------------------------------------------------
+# --- the folder ------------------------------------------------------------------------------------------------------------
 
 def combinations(parameters: Mapping) -> list[dict]:
     """All combinations of the values, the last key varying fastest. Raises RunError."""
@@ -205,8 +210,8 @@ def record(folder: pathlib.Path, name: str, text: str) -> None:
 
 
 def laid_out(scene: Mapping | str | os.PathLike, wanted: list[dict], sets: Mapping, folder: pathlib.Path) -> Study:
-    """The study in `folder` with these cases. Those that are there already, of the same scene, keep their numbers. Raises RunError,
-    DataError."""
+    """The study in `folder` with these cases. Those that are there already, of the same scene, keep their numbers. Raises
+    RunError, DataError."""
     try:
         text = toml_text(scene).encode() if isinstance(scene, Mapping) else pathlib.Path(scene).read_bytes()
     except OSError as error:
@@ -226,7 +231,8 @@ def laid_out(scene: Mapping | str | os.PathLike, wanted: list[dict], sets: Mappi
         cases.append(Case(number, values, words, folder / str(number)))
     if isinstance(scene, Mapping):
         record(folder, "scene.toml", text.decode())
-    record(folder, "study.json", json.dumps({"scene": str(file), "sha256": digest, "cases": found["cases"]}, indent=1) + "\n")
+    record(folder, "study.json", json.dumps(
+        {"scene": str(file), "sha256": digest, "cases": found["cases"]}, indent=1) + "\n")
     return Study(folder, file, cases)
 
 
@@ -236,29 +242,32 @@ def open_study(folder: str | os.PathLike) -> Study:
     found = recorded(folder)
     if not found["cases"]:
         raise DataError(f"'{folder}' is not the folder of a study: it has no study.json with cases")
-    cases = [Case(number, case["values"], case["words"], folder / str(number)) for number, case in enumerate(found["cases"], 1)]
+    cases = [Case(number, case["values"], case["words"], folder / str(number))
+                  for number, case in enumerate(found["cases"], 1)]
     script = folder / "study.sh"
     return Study(folder, pathlib.Path(found["scene"]), cases, script if script.is_file() else None)
 
 
-# --- the runs -----------------------------------------------------------------------------------------------------------------
+# --- the runs --------------------------------------------------------------------------------------------------------------
 
 def study(scene: Mapping | str | os.PathLike, parameters: Mapping, ranks: int = 1, parallel: int | None = None, *,
           folder: str | os.PathLike = "out/study", sets: Mapping | None = None, max_steps: int | None = None,
           retry_failed: bool = False, slurm: Mapping | None = None, program: str | os.PathLike | None = None,
           launcher: str = "mpirun -n", progress: bool | None = None) -> Study:
-    """Runs a scene with all combinations of values, {"materials.fluid.yield_stress": [10, 20], ...}, and waits for their ends.
+    """Runs a scene with all combinations of values, {"materials.fluid.yield_stress": [10, 20], ...}, and waits for their
+    ends.
 
-    Called again, it makes what is missing: finished cases are not run again, stopped and killed ones continue from their newest
-    checkpoint, failed ones stay as they are unless `retry_failed`; further values are further cases. `parallel`: runs at a time,
-    1 by default; `folder`: of the study, which belongs to one scene; `scene`, `sets`, `ranks`, `program`, `launcher`, `progress`: as of
-    `run`. A case that fails does not end the others: `table()` has its sentence.
+    Called again, it makes what is missing: finished cases are not run again, stopped and killed ones continue from their
+    newest checkpoint, failed ones stay as they are unless `retry_failed`; further values are further cases. `parallel`: runs
+    at a time, 1 by default; `folder`: of the study, which belongs to one scene; `scene`, `sets`, `ranks`, `program`,
+    `launcher`, `progress`: as of `run`. A case that fails does not end the others: `table()` has its sentence.
 
-    `slurm`: options of sbatch, such as {"time": "04:00:00", "partition": "main"}; nothing is run, but study.sh is written, a job
-    array of the cases that are missing; `submit()` of the result submits it. `parallel` then bounds the jobs that run at a time.
+    `slurm`: options of sbatch, such as {"time": "04:00:00", "partition": "main"}; nothing is run, but study.sh is written, a
+    job array of the cases that are missing; `submit()` of the result submits it. `parallel` then bounds the jobs that run at
+    a time.
 
-    Ctrl-C stops the runs in order, with checkpoints. Raises RunError where the study cannot begin, DataError where its folder is
-    damaged.
+    Ctrl-C stops the runs in order, with checkpoints. Raises RunError where the study cannot begin, DataError where its
+    folder is damaged.
     """
     program_path = find_program(program)
     launching = launch_words(ranks, launcher) if slurm is None else []

@@ -28,8 +28,8 @@ def values_of(file: ParticleFile, field: str, component: str | int | None = None
 
 def shown_field(file: ParticleFile, field: str | None = None,
                 component: str | int | None = None) -> tuple[str, str | int | None]:
-    """The field and component that a picture shows: those given; else the velocity, or the first field that is neither position
-    nor id; of vectors and tensors the magnitude. Raises DataError."""
+    """The field and component that a picture shows: those given; else the velocity, or the first field that is neither
+    position nor id; of vectors and tensors the magnitude. Raises DataError."""
     if field is None:
         others = [name for name in file.fields if name not in ("position", "id")]
         if not others:

@@ -15,9 +15,9 @@ PICTURES = 4  # of a run's frames, evenly chosen
 
 def view(files: ParticleFile | Sequence[ParticleFile], *, field: str | None = None, component: str | int | None = None,
          by: str | None = None):
-    """Frames or checkpoints, one or several in order of time. `field`, `component`: the colours, by default the speed; `by`: "k3d", the
-    default where it is installed: a k3d.Plot, with a clock for several times; or "matplotlib": a figure, of at most four times.
-    Raises DataError."""
+    """Frames or checkpoints, one or several in order of time. `field`, `component`: the colours, by default the speed; `by`:
+    "k3d", the default where it is installed: a k3d.Plot, with a clock for several times; or "matplotlib": a figure, of at
+    most four times. Raises DataError."""
     files = [files] if isinstance(files, ParticleFile) else list(files)
     if not files:
         raise DataError("there are no frames to view: set output.frame_interval")

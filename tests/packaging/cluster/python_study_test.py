@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""A study from Python as a job array in a real Slurm: cases finish on two ranks with the bits of a run without Slurm; one that is
-refused and one that fails are rows with the program's sentence; the next array has only what is missing. Ends with 77, and the
-reason, where no Slurm can be started."""
+"""A study from Python as a job array in a real Slurm: cases finish on two ranks with the bits of a run without Slurm; one
+that is refused and one that fails are rows with the program's sentence; the next array has only what is missing. Ends with
+77, and the reason, where no Slurm can be started."""
 
 import os
 import pathlib
@@ -55,12 +55,15 @@ def check(slurm):
     mine = bulkley.run("out/study/scene.toml", out="mine", sets={VELOCITY: VALUES[0]}).checkpoints[-1]
     theirs = bulkley.open_run("out/study/1")
     rows = theirs.checkpoints[-1].rows_of(mine.ids)
-    expect(theirs.status["ranks"] == 2 and np.array_equal(theirs.checkpoints[-1]["velocity"][rows], mine["velocity"]), "the bits")
+    expect(theirs.status["ranks"] == 2 and np.array_equal(
+        theirs.checkpoints[-1]["velocity"][rows], mine["velocity"]), "the bits")
     again = study([*VALUES, [0, 0, -3]])
-    array = next(line for line in again.script.read_text(encoding="utf-8").splitlines() if line.startswith("#SBATCH --array"))
+    array = next(line for line in again.script.read_text(
+        encoding="utf-8").splitlines() if line.startswith("#SBATCH --array"))
     expect(array == "#SBATCH --array=3,5", f"the next array: {array}")
     wait_for(slurm, again.submit())
-    expect(list(again.table()["state"]) == ["finished", "failed", "refused", "finished", "finished"], f"{again.table()['state']}")
+    expect(list(again.table()["state"]) == ["finished", "failed",
+           "refused", "finished", "finished"], f"{again.table()['state']}")
     print(f"job {number}: cases finished, failed and refused as they must; then those that were missing")
 
 
