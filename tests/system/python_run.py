@@ -72,7 +72,9 @@ def check_scene_text():
 def check_sentences():
     mpirun = "-" * 74 + "\nmpirun detected that one\nprocess ended\n" + "-" * 74 + "\n"
     expect(sentence_of("warning: thin\nbulkley: step 3: crushed\n" + mpirun) == "step 3: crushed", "the program's sentence")
-    expect(sentence_of(mpirun) == "mpirun detected that one\nprocess ended", "mpirun's own sentence")
+    expect(sentence_of(mpirun) == "mpirun detected that one process ended", "mpirun's own sentence")
+    primary = "-" * 74 + "\nPrimary job  terminated normally, but 1 process\nreturned\n" + "-" * 74 + "\n"
+    expect(sentence_of(primary + mpirun) == "mpirun detected that one process ended", "the second of mpirun's sentences")
     expect(sentence_of("warning: thin\n") == "", "a warning alone")
 
 
@@ -166,6 +168,22 @@ def check_refusals(work):
     pathlib.Path("killed.sh").write_text("#!/bin/sh\nkill -KILL $$\n", encoding="utf-8")
     pathlib.Path("killed.sh").chmod(0o755)
     refused(lambda: bulkley.run(scene, out="killed", program="./killed.sh"), -9, "signal 9", "SIGKILL")
+
+
+def check_killed_rank():
+    """A rank that is killed: mpirun's sentence, with the signal."""
+    def kill():
+        history = pathlib.Path("lost/history.csv")
+        while not history.exists():
+            time.sleep(0.02)
+        found = subprocess.run(["pgrep", "-f", f"^{os.environ['BULKLEY']} run lost/input.toml"], capture_output=True, text=True)
+        os.kill(int(found.stdout.split()[0]), signal.SIGKILL)
+
+    thread = threading.Thread(target=kill)
+    thread.start()
+    refused(lambda: bulkley.run(small_scene(), 2, out="lost", sets={"time.end": 100.0, "output.frame_interval": 0}), 137,
+            "signal 9", "rank")
+    thread.join()
 
 
 def check_warnings():
@@ -285,6 +303,7 @@ def main():
     check_bar()
     check_dictionary()
     check_refusals(work)
+    check_killed_rank()
     check_warnings()
     for ranks in (1, 2):
         check_interruption(os.environ["BULKLEY"], ranks)

@@ -53,14 +53,14 @@ def launch_words(ranks: int, launcher: str) -> list[str]:
 
 
 def sentence_of(text: str) -> str:
-    """What the program said of its end, a line for each fault: without warnings, and without what mpirun adds between lines
-    of dashes, unless that is all there is."""
+    """What the program said of its end, a line for each fault, without warnings. Where it said nothing, what mpirun says of it
+    between lines of dashes, on one line."""
     parts = re.split(r"^-{20,}$", text, flags=re.MULTILINE)
-    for part in parts:
+    for number, part in enumerate(parts):
         lines = [line.strip().removeprefix("bulkley: ") for line in part.splitlines() if line.strip()]
         lines = [line for line in lines if not line.startswith("warning: ")]
-        if lines:
-            return "\n".join(lines)
+        if lines and not lines[0].startswith("Primary job "):  # which says no more than that there was an error
+            return ("\n" if number == 0 else " ").join(lines)
     return ""
 
 
