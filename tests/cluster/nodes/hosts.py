@@ -27,7 +27,7 @@ AGENT = """#!/bin/sh
 while [ "${{1#-}}" != "$1" ]; do shift; done
 host=$1
 shift
-exec nsenter --target "$(cat {folder}/$host)" {own} --wd=/ -- setsid sh -c "$*"
+exec nsenter --target "$(cat {folder}/$host)" {own} -- setsid sh -c "$*"
 """
 
 
@@ -101,8 +101,9 @@ class Host:
         self.network = os.stat(f"/proc/{self.holder.pid}/ns/net").st_ino
 
     def command(self, words, folder):
-        """What runs `words` here, in `folder`."""
-        return ["nsenter", "--target", str(self.holder.pid), *OWN, f"--wd={folder}", "--", *words]
+        """What runs `words` here, in `folder`; it is looked up here, where another disk may be mounted."""
+        there = ["sh", "-c", 'cd "$0" && exec "$@"', str(folder)]
+        return ["nsenter", "--target", str(self.holder.pid), *OWN, "--", *there, *words]
 
     def check(self, *words):
         check(*self.command(words, "/"))
@@ -192,6 +193,7 @@ class Hosts:
     def __exit__(self, *_):
         for host in self.hosts:
             host.kill()
+            check("ip", "link", "delete", host.link)  # the kernel takes its time to do so after the end of a network
             host.holder.kill()
             host.holder.wait()
         check("umount", "/etc/hosts")
@@ -203,11 +205,11 @@ class Hosts:
     def __iter__(self):
         return iter(self.hosts)
 
-    def mpirun(self, layout, arguments, placement="slot"):
+    def mpirun(self, layout, arguments, placement="slot", launcher=()):
         """The command, for the first host, that runs `bulkley arguments` with layout[k] ranks on host k. Ranks that follow each
-        other share a host with the placement `slot`, and are dealt out to the hosts in turn with `node`."""
+        other share a host with the placement `slot`, and are dealt out to the hosts in turn with `node`. `launcher`: options of mpirun."""
         places = ",".join(f"{host.name}:{n}" for host, n in zip(self.hosts, layout) if n > 0)
-        return [self.mpiexec, "--mca", "plm", "rsh", "--mca", "plm_rsh_agent", str(self.agent), "--host", places, "-n",
+        return [self.mpiexec, *launcher, "--mca", "plm", "rsh", "--mca", "plm_rsh_agent", str(self.agent), "--host", places, "-n",
                 str(sum(layout)), "--map-by", placement, self.program, *arguments]
 
     def run(self, layout, arguments, folder, limit, placement="slot"):
