@@ -199,7 +199,8 @@ void write_array_file(const Comm& comm, const std::string& path, const FileConte
     });
     std::vector<std::uint32_t> crcs;
     for (std::size_t i = 0; i < content.arrays.size(); ++i)
-      crcs.push_back(combine_runs(comm, runs[i], checksums[i].values()));
+      crcs.push_back(crc_part(runs[i], checksums[i].values(), stored_bytes(content.arrays[i])));
+    combine_parts(comm, crcs);
     root_guard(comm, [&] {
       Hdf5Writer file(temporary, Hdf5Writer::Mode::change);
       set_checksums(file, content, crcs);
@@ -261,24 +262,11 @@ std::uint32_t stored_crc(const Hdf5Reader& file, const std::string& array) {
 
 void check_pieces(const Comm& comm, const std::string& path, std::span<const std::string> names,
                   std::span<const std::uint32_t> stored, std::span<const Piece> pieces) {
-  std::vector<GlobalIndex> mine;
-  for (const Piece& piece : pieces) {
-    mine.push_back(piece.crc);
-    mine.push_back(piece.bytes);
-  }
-  const int n = static_cast<int>(mine.size());
-  std::vector<GlobalIndex> all(comm.is_root() ? mine.size() * static_cast<std::size_t>(comm.size()) : 0);
-  BULKLEY_MPI(MPI_Gather(mine.data(), n, MPI_INT64_T, all.data(), n, MPI_INT64_T, 0, comm.get()));
-  root_guard(comm, [&] {
-    for (std::size_t i = 0; i < pieces.size(); ++i) {
-      std::uint32_t crc = 0;
-      for (std::size_t at = 2 * i; at < all.size(); at += mine.size())
-        crc = static_cast<std::uint32_t>(crc32_combine(crc, static_cast<std::uint32_t>(all[at]), all[at + 1]));
-      if (crc != stored[i])
-        throw RunError(fmt::format("cannot read '{}': {} is damaged (its checksum is {:08x} and should be {:08x})", path,
-                                   names[i], crc, stored[i]));
-    }
-  });
+  const std::vector<std::uint32_t> crcs = combine_pieces(comm, pieces);
+  for (std::size_t i = 0; i < crcs.size(); ++i)
+    if (crcs[i] != stored[i])
+      throw RunError(fmt::format("cannot read '{}': {} is damaged (its checksum is {:08x} and should be {:08x})", path,
+                                 names[i], crcs[i], stored[i]));
 }
 
 void verify_arrays(const Comm& comm, const std::string& path, const std::vector<std::string>& arrays) {
