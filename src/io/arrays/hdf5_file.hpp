@@ -145,6 +145,7 @@ class Hdf5Reader {
   double real(const std::string& object, const std::string& name) const;
   std::string text(const std::string& object, const std::string& name) const;
   std::vector<double> reals(const std::string& object, const std::string& name) const;
+  std::vector<GlobalIndex> integers(const std::string& object, const std::string& name) const;
   AttributeValue attribute(const std::string& object, const std::string& name) const;
   /// Names of the attributes of an object, in order of name.
   std::vector<std::string> attribute_names(const std::string& object) const;

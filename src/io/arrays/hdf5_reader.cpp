@@ -135,6 +135,10 @@ std::vector<double> Hdf5Reader::reals(const std::string& object, const std::stri
   return attribute_as<std::vector<double>>(object, name, "a list of numbers");
 }
 
+std::vector<GlobalIndex> Hdf5Reader::integers(const std::string& object, const std::string& name) const {
+  return attribute_as<std::vector<GlobalIndex>>(object, name, "a list of integers");
+}
+
 std::vector<std::string> Hdf5Reader::attribute_names(const std::string& object) const {
   std::vector<std::string> names;
   BULKLEY_HDF5_LOCAL(damaged(object), H5Aiterate_by_name(file_.get(), object.c_str(), H5_INDEX_NAME, H5_ITER_INC, nullptr,
