@@ -171,6 +171,21 @@ ArrayInfo Hdf5Reader::array(const std::string& path) const {
   fail(fmt::format("{} has an element type that does not belong here", path));
 }
 
+GlobalIndex Hdf5Reader::place(const ArrayInfo& array) const {
+  const std::string what = damaged(array.path);
+  const HdfList of_file(BULKLEY_HDF5_LOCAL(what, H5Fget_create_plist(file_.get())));
+  hsize_t user_block = 0;
+  BULKLEY_HDF5_LOCAL(what, H5Pget_userblock(of_file.get(), &user_block));
+  const HdfDataset dataset(BULKLEY_HDF5_LOCAL(what, H5Dopen2(file_.get(), array.path.c_str(), H5P_DEFAULT)));
+  const HdfList creation(BULKLEY_HDF5_LOCAL(what, H5Dget_create_plist(dataset.get())));
+  if (user_block > 0 || H5Pget_layout(creation.get()) != H5D_CONTIGUOUS || H5Pget_external_count(creation.get()) != 0)
+    return -1;
+  const haddr_t place = H5Dget_offset(dataset.get());  // undefined where nothing has been written
+  const double end = static_cast<double>(place) +
+                     static_cast<double>(n_elements(array.shape)) * static_cast<double>(element_size(array.type));
+  return place != HADDR_UNDEF && end <= size_of_file(path_) ? static_cast<GlobalIndex>(place) : -1;
+}
+
 void Hdf5Reader::read(const ArrayInfo& array, const Extents& start, const Extents& count, void* data) const {
   if (n_elements(count) == 0) return;
   const std::string what = damaged(array.path);

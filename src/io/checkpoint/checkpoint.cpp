@@ -138,10 +138,29 @@ std::vector<std::string> other_arrays(const Hdf5Reader& file) {
 using FieldsOf = std::function<std::vector<FieldInfo>(const Hdf5Reader&)>;
 using RowSink = std::function<void(const FieldInfo&, GlobalIndex row, GlobalIndex n, const std::byte* rows)>;
 
-/// Ids first: the fingerprints of the others need them.
-std::vector<FieldInfo> ids_first(std::vector<FieldInfo> fields) {
-  std::stable_partition(fields.begin(), fields.end(), [](const FieldInfo& field) { return field.field == Field::id; });
-  return fields;
+/// What belongs to the particles: field and array. Ids come first, because the fingerprints of the others need them.
+struct StoredField {
+  FieldInfo field;
+  StoredArray array;
+};
+
+/// The arrays of the fields, and those that are no fields of particles. Collective.
+std::pair<std::vector<StoredField>, std::vector<StoredArray>> find_fields(const Comm& comm, const std::string& file,
+                                                                          const FieldsOf& fields_of) {
+  std::vector<StoredArray> arrays = find_arrays(comm, file, [&](const Hdf5Reader& reader) {
+    std::vector<std::string> paths = other_arrays(reader);
+    for (const FieldInfo& field : fields_of(reader)) paths.push_back(array_path(field));
+    return paths;
+  });
+  std::vector<StoredField> fields;
+  for (const FieldInfo& field : field_table) {
+    const auto is_its = [path = array_path(field)](const StoredArray& array) { return array.info.path == path; };
+    const auto found = std::find_if(arrays.begin(), arrays.end(), is_its);
+    if (found == arrays.end()) continue;
+    fields.insert(field.field == Field::id ? fields.begin() : fields.end(), {field, *found});
+    arrays.erase(found);
+  }
+  return {std::move(fields), std::move(arrays)};
 }
 
 /// Compares the fingerprints of what was read with those of a header. Throws RunError. Collective.
@@ -164,44 +183,41 @@ void expect_fingerprints(const Comm& comm, const std::string& what, const Checkp
 }
 
 /// Reads rows [first, first + count) of fields into `sink`, where `row` counts from `first`, and verifies checksums, values and
-/// fingerprints; gives the latter. The ranks' parts make up the whole file. Collective.
+/// fingerprints; gives the latter. `fields_of` is called on the root. The ranks' parts make up the whole file. Collective.
 std::map<std::string, Fingerprint> read_fields(const Comm& comm, const std::string& file, const CheckpointHeader& header,
                                                GlobalIndex first, GlobalIndex count, const FieldsOf& fields_of,
                                                const RowSink& sink) {
-  std::vector<std::string> names;
-  std::vector<std::uint32_t> stored;
+  const auto [fields, others] = find_fields(comm, file, fields_of);
+  std::vector<StoredArray> arrays;
   std::vector<Piece> pieces;
   std::vector<GlobalIndex> ids;
-  std::vector<FieldInfo> fields;
-  std::vector<Fingerprint> sums;
+  std::vector<Fingerprint> sums(fields.size());
   const std::string what = fmt::format("cannot read '{}'", file);
   ParticleCheck check(what, header.material_names.size());
   collective_guard(comm, [&] {
-    const Hdf5Reader reader(file);
-    fields = ids_first(fields_of(reader));
+    RowReader reader(file);
     ids.resize(static_cast<std::size_t>(count));
-    for (const FieldInfo& field : fields) {
-      Fingerprint& sum = sums.emplace_back();
-      names.push_back(array_path(field));
-      stored.push_back(stored_crc(reader, names.back()));
-      pieces.push_back(read_rows(reader, reader.array(names.back()), first, count,
-                                 [&](GlobalIndex row, GlobalIndex n, const std::byte* rows) {
-                                   check.look_at(field, first + row, n, rows);
-                                   if (field.field == Field::id)
-                                     std::memcpy(ids.data() + row, rows, static_cast<std::size_t>(n) * sizeof(GlobalIndex));
-                                   add_rows(field, n, ids.data() + row, rows, sum);
-                                   sink(field, row, n, rows);
-                                 }));
+    for (const auto& [field, array] : fields) {
+      arrays.push_back(array);
+      pieces.push_back(
+          reader.read(array, first, count, [&, &field = field](GlobalIndex row, GlobalIndex n, const std::byte* rows) {
+            check.look_at(field, first + row, n, rows);
+            if (field.field == Field::id)
+              std::memcpy(ids.data() + row, rows, static_cast<std::size_t>(n) * sizeof(GlobalIndex));
+            add_rows(field, n, ids.data() + row, rows, sums[arrays.size() - 1]);
+            sink(field, row, n, rows);
+          }));
+    }
+    for (const StoredArray& array : others) {
+      arrays.push_back(array);
+      pieces.push_back(read_share(comm, reader, array));
     }
   });
-  check_pieces(comm, file, names, stored, pieces);
-  std::string others;  // arrays that are no fields of particles
-  root_guard(comm, [&] { others = join_lines(other_arrays(Hdf5Reader(file))); });
-  verify_arrays(comm, file, split_lines(broadcast_text(comm, std::move(others))));
+  check_pieces(comm, file, arrays, pieces);
   collective_guard(comm, [&] { check.throw_if_seen(); });
   sum_global(comm, sums);
   std::map<std::string, Fingerprint> found;
-  for (std::size_t i = 0; i < fields.size(); ++i) found[fields[i].name] = sums[i];
+  for (std::size_t i = 0; i < fields.size(); ++i) found[fields[i].field.name] = sums[i];
   expect_fingerprints(comm, what, header, found, ids);
   return found;
 }
