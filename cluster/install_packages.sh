@@ -13,8 +13,9 @@ packages=(
   petsc-dev                                     # brings Open MPI and parallel HDF5
   libeigen3-dev libmetis-dev libfmt-dev libtomlplusplus-dev libcli11-dev libmuparser-dev
   nlohmann-json3-dev zlib1g-dev
-  libgtest-dev python3 python3-numpy python3-h5py  # tests
+  libgtest-dev python3 python3-numpy python3-h5py iproute2  # tests
   python3-matplotlib                            # plots of reports, of the rheometer and of the verification page
+  python3-pandas python3-nbconvert python3-ipykernel  # data frames, and the notebook of the Python package
   mkdocs mkdocs-material doxygen                # the pages as a site
   paraview python3-paraview xvfb                # pictures; Debian's ParaView renders only with an X server
 )

@@ -15,6 +15,11 @@
 
 # hwloc must not look for GPUs through X servers: one that ends at that moment takes the launcher or a rank with it.
 export HWLOC_COMPONENTS="${HWLOC_COMPONENTS:--gl}"
+# Open MPI's daemons notice a host that is gone within two minutes, not eight. Once they have sent it something they notice
+# nothing for a quarter of an hour, so this should be less than time.step_timeout.
+export OMPI_MCA_oob_tcp_keepalive_time="${OMPI_MCA_oob_tcp_keepalive_time:-60}"
+export OMPI_MCA_oob_tcp_keepalive_intvl="${OMPI_MCA_oob_tcp_keepalive_intvl:-10}"
+export OMPI_MCA_oob_tcp_keepalive_probes="${OMPI_MCA_oob_tcp_keepalive_probes:-6}"
 
 say() { echo "$(date '+%F %T') job ${job_id:-?}: $*"; }
 

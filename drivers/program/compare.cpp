@@ -11,6 +11,7 @@ namespace {
 struct CompareArguments {
   std::string a, b;
   double tolerance = -1.0;
+  bool full = false;
 };
 
 }  // namespace
@@ -22,10 +23,11 @@ Command add_compare(CLI::App& app) {
   app.add_option("--tolerance", arguments->tolerance,
                  "largest difference that counts as equal, relative to the field's largest value (default: equal bits)")
       ->check(CLI::NonNegativeNumber);
+  app.add_flag("--full", arguments->full, "compare every value, even if the fingerprints in the files agree");
   app.footer("Exit code 0: identical (or within the tolerance); 1: different.");
   return [arguments](const Comm& comm) {
     const std::string a = resolve_checkpoint(comm, arguments->a), b = resolve_checkpoint(comm, arguments->b);
-    const Comparison comparison = compare_checkpoints(comm, a, b);
+    const Comparison comparison = compare_checkpoints(comm, a, b, {.full = arguments->full});
     GlobalIndex equal = comparison.identical ? 1 : 0;
     if (comm.is_root()) {
       fmt::print("{}", comparison_text(comparison));

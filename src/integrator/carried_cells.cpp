@@ -17,12 +17,15 @@ void ImplicitPressure::find_cells(double time) {
     const Feed& feed = physics.feeds[f];
     if (!feed.runs(time)) continue;
     const NozzleState nozzle = feed.at(time, parts_.feeds.stretches()[f]);
-    const GlobalIndex n_released = feed.n_released(time);
+    const Feed::Front released = feed.released(time);
     for (LocalIndex p = 0; p < particles.size(); ++p) {
       const GlobalIndex id = particles.id()[p];
-      if (!feed.owns(id) || feed.layer_of(id) <= n_released) continue;
+      if (!feed.owns(id)) continue;
+      const GlobalIndex k = feed.layer_of(id);
+      const Feed::Point& point = feed.point_of(id);
+      if (feed.is_within(released, k, point)) continue;
       carried_[static_cast<std::size_t>(p)] = 1;
-      if (feed.distance(nozzle, feed.layer_of(id)) < -reach) cell_of_[static_cast<std::size_t>(p)] = grid_->n_own_ids();
+      if (feed.distance(nozzle, k, point) < -reach) cell_of_[static_cast<std::size_t>(p)] = grid_->n_own_ids();
     }
   }
 }

@@ -52,10 +52,12 @@ std::vector<NodeConstraint> FeedNodes::at(double time, double dt, std::span<cons
       const Vec3 x = grid.node_position(nodes_[n]);
       if ((x.array() < box.lower.array()).any() || (x.array() > box.upper.array()).any()) continue;
       if (!feed.holds(nozzle, x, held_reach * dx, from)) continue;
-      Vec3 velocity = feed.velocity(middle, x);
-      // A node of the tube moves with the share of its cell that is bore, so that the volume that flows is right.
+      Vec3 velocity = feed.velocity(middle, x, feed.share_at(nozzle, x));
+      // A node of the tube moves with the share of its cell that is bore, so that the volume that flows is right. A profile has none at the
+      // edge to share.
       if (const Walled* wall = wall_at(places_[n])) {
-        const double share = std::clamp(0.5 - feed.distance_to_edge(nozzle, x) / dx, 0.0, 1.0);
+        const double depth = -feed.distance_to_edge(nozzle, x) / dx;
+        const double share = feed.is_plug() ? std::clamp(0.5 + depth, 0.0, 1.0) : depth > 0.0 ? 1.0 : 0.0;
         velocity = wall->velocity + share * (velocity - wall->velocity);
       }
       result.push_back({places_[n], Contact::sticky, 0.0, nozzle.axis, velocity,

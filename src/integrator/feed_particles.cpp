@@ -27,6 +27,16 @@ void set_gradient(ParticleSet& particles, Field field, LocalIndex p, const Mat3&
   for (int c = 0; c < 9; ++c) particles.real(field, c)[p] = gradient(c / 3, c % 3);
 }
 
+/// Of a carried particle, as the stress update sees it, and as it moves.
+Mat3 hidden_gradient(const Feed& feed, const NozzleState& nozzle, const Feed::Point& point) {
+  return feed.is_plug() ? Mat3(Mat3::Zero()) : feed.shear(nozzle, point);
+}
+
+Mat3 full_gradient(const Feed& feed, const NozzleState& nozzle, const Feed::Point& point) {
+  const Mat3 spin = cross_matrix(nozzle.spin);
+  return feed.is_plug() ? spin : Mat3(spin + feed.shear(nozzle, point));
+}
+
 Mat3 gradient_of(const ParticleSet& particles, Field field, LocalIndex p) {
   Mat3 gradient;
   for (int c = 0; c < 9; ++c) gradient(c / 3, c % 3) = particles.real(field, c)[p];
@@ -52,28 +62,30 @@ void append(const ParticleSet& from, ParticleSet& to) {
 
 }  // namespace
 
-void append_layers(const Physics& physics, std::size_t feed_number, const NozzleState& nozzle, GlobalIndex first,
-                   GlobalIndex last, const TileMap& map, int rank, ParticleSet& particles, StepBounds& local) {
-  if (last <= first) return;
+void append_layers(const Physics& physics, std::size_t feed_number, const NozzleState& nozzle, const Feed::Front& first,
+                   const Feed::Front& last, const TileMap& map, int rank, ParticleSet& particles, StepBounds& local) {
   const Feed& feed = physics.feeds[feed_number];
   const Inflow& inflow = feed.inflow();
   const double ratio = nozzle.stretch * inflow.volume_ratio;
   struct Newborn {
     Vec3 position;
     GlobalIndex id;
+    const Feed::Point* point;
   };
   std::vector<Newborn> newborn;
-  for (GlobalIndex k = first + 1; k <= last; ++k)
-    for (const Feed::Point& point : feed.points())
+  for (const Feed::Point& point : feed.points())
+    for (GlobalIndex k = feed.n_layers(first, point) + 1; feed.is_within(last, k, point); ++k)
       if (const Vec3 x = feed.position(nozzle, k, point); map.owner(physics.grid.tile_of(x)) == rank)
-        newborn.push_back({x, feed.id_of(k, point)});
+        newborn.push_back({x, feed.id_of(k, point), &point});
   if (newborn.empty()) return;
+  std::ranges::sort(newborn, {}, &Newborn::id);  // by layers
   ParticleSet born(particles.optional_fields());
   born.resize(ParticleSet::checked_size(static_cast<GlobalIndex>(newborn.size())));
   for (LocalIndex p = 0; p < born.size(); ++p) {
     const Newborn& one = newborn[static_cast<std::size_t>(p)];
     born.set_vector(Field::position, p, one.position);
-    born.set_vector(Field::velocity, p, feed.velocity(nozzle, one.position));
+    born.set_vector(Field::velocity, p, feed.velocity(nozzle, one.position, one.point->share));
+    set_gradient(born, Field::affine_velocity, p, hidden_gradient(feed, nozzle, *one.point));
     for (int c = 0; c < 3; ++c) born.real(Field::left_cauchy_green, c)[p] = 1.0;
     born.real(Field::volume_ratio)[p] = ratio;
     if (const VolumetricLaw* law = volumetric_law_of(physics, inflow.material_index))
@@ -87,7 +99,8 @@ void append_layers(const Physics& physics, std::size_t feed_number, const Nozzle
   set_internal_variables(material, inflow.material_index, born);
   constexpr double moment = 1e-12;  // s: the stress of b and J, which nothing deforms
   stress_update(material, inflow.material_index, Field::affine_velocity, moment, born, local);
-  for (LocalIndex p = 0; p < born.size(); ++p) set_gradient(born, Field::affine_velocity, p, cross_matrix(nozzle.spin));
+  for (LocalIndex p = 0; p < born.size(); ++p)
+    set_gradient(born, Field::affine_velocity, p, full_gradient(feed, nozzle, *newborn[static_cast<std::size_t>(p)].point));
   measure_particles(physics.grid, physics.transfer, born, local);
   append(born, particles);
 }
@@ -95,7 +108,7 @@ void append_layers(const Physics& physics, std::size_t feed_number, const Nozzle
 void append_first_layers(const Physics& physics, const TileMap& map, int rank, ParticleSet& particles) {
   StepBounds unused;
   for (std::size_t f = 0; f < physics.feeds.size(); ++f)
-    append_layers(physics, f, physics.feeds[f].at(0.0), 0, physics.feeds[f].n_born(0.0), map, rank, particles, unused);
+    append_layers(physics, f, physics.feeds[f].at(0.0), {}, physics.feeds[f].born(0.0), map, rank, particles, unused);
 }
 
 void include_feeds(const Physics& physics, double time, StepBounds& bounds) {
@@ -120,8 +133,8 @@ void FeedParticles::begin(double time, double end, const ParticleSet& particles,
   for (std::size_t f = 0; f < physics_.feeds.size(); ++f) {
     const Feed& feed = physics_.feeds[f];
     const bool runs = feed.runs(time);
-    now_.push_back({feed.at(end, stretches_[f]), runs, runs && end >= feed.end(), feed.n_released(time), feed.n_born(time),
-                    feed.n_born(end), feed.n_released(end)});
+    now_.push_back({feed.at(end, stretches_[f]), runs, runs && end >= feed.end(), feed.released(time), feed.born(time),
+                    feed.born(end), feed.released(end)});
   }
 }
 
@@ -134,8 +147,9 @@ void FeedParticles::hold(std::size_t f, LocalIndex p, Field gradient, ParticleSe
   const Now& now = now_[f];
   const GlobalIndex id = particles.id()[p], k = feed.layer_of(id);
   const ParticleEnergies before = budget_.energies_of(particles, p);
-  const Vec3 x = feed.position(now.end, k, feed.point_of(id)), v = feed.velocity(now.end, x);
-  const Mat3 spin = cross_matrix(now.end.spin);
+  const Feed::Point& point = feed.point_of(id);
+  const Vec3 x = feed.position(now.end, k, point), v = feed.velocity(now.end, x, point.share);
+  const Mat3 affine = full_gradient(feed, now.end, point);
   if (feed.inflow().pressure.is_measured) particles.real(Field::volume_ratio)[p] = now.end.stretch;
   const double mass = particles.real(Field::mass)[p];
   if (!physics_.volumetric_laws.empty())
@@ -143,14 +157,15 @@ void FeedParticles::hold(std::size_t f, LocalIndex p, Field gradient, ParticleSe
   add_momentum(f, mass * (v - particles.vector(Field::velocity, p)));
   particles.set_vector(Field::position, p, x);
   particles.set_vector(Field::velocity, p, v);
-  set_gradient(particles, Field::affine_velocity, p, spin);
-  if (particles.has(Field::velocity_gradient)) set_gradient(particles, Field::velocity_gradient, p, Mat3::Zero());
+  set_gradient(particles, Field::affine_velocity, p, affine);
+  if (particles.has(Field::velocity_gradient))
+    set_gradient(particles, Field::velocity_gradient, p, hidden_gradient(feed, now.end, point));
   const ParticleEnergies after = budget_.energies_of(particles, p);
   budget_.add_carried(f, {after.kinetic - before.kinetic, after.elastic - before.elastic});
-  const double spun =
-      physics_.transfer.affine() ? spin.norm() * moment_sum_ratio(physics_.grid.order) * physics_.grid.cell_size : 0.0;
+  const double turned =
+      physics_.transfer.affine() ? affine.norm() * moment_sum_ratio(physics_.grid.order) * physics_.grid.cell_size : 0.0;
   local.motion.speed.include(v.norm(), id);
-  local.sums.momentum.include(mass * (v.norm() + spun));
+  local.sums.momentum.include(mass * (v.norm() + turned));
   held_.push_back(p);
   feed_of_held_.push_back(f);
   carried_[static_cast<std::size_t>(p)] = 1;
@@ -168,10 +183,10 @@ void FeedParticles::carry(Field gradient, ParticleSet& particles, StepBounds& lo
     const Bounds box = feed.bounds(now.end, 0.0, -feed.length());
     for (LocalIndex p = block.begin; p < end; ++p) {
       const GlobalIndex id = particles.id()[p];
-      if (feed.owns(id) && feed.layer_of(id) > now.released) {
+      if (feed.owns(id) && !feed.is_within(now.released, feed.layer_of(id), feed.point_of(id))) {
         if (!now.stops)
           hold(f, p, gradient, particles, local);
-        else if (feed.layer_of(id) > now.last_released)
+        else if (!feed.is_within(now.last_released, feed.layer_of(id), feed.point_of(id)))
           left_.push_back(p);
         continue;
       }
@@ -186,16 +201,20 @@ void FeedParticles::carry(Field gradient, ParticleSet& particles, StepBounds& lo
 }
 
 void FeedParticles::hide_spin(Field gradient, ParticleSet& particles) {
-  if (gradient != Field::affine_velocity) return;
-  for (std::size_t n = 0; n < held_.size(); ++n)
-    if (!now_[feed_of_held_[n]].end.spin.isZero(0.0)) set_gradient(particles, gradient, held_[n], Mat3::Zero());
+  if (gradient == Field::affine_velocity) set_gradients_of_held(hidden_gradient, gradient, particles);
 }
 
 void FeedParticles::show_spin(Field gradient, ParticleSet& particles) {
-  if (gradient != Field::affine_velocity) return;
-  for (std::size_t n = 0; n < held_.size(); ++n)
-    if (const Vec3& spin = now_[feed_of_held_[n]].end.spin; !spin.isZero(0.0))
-      set_gradient(particles, gradient, held_[n], cross_matrix(spin));
+  if (gradient == Field::affine_velocity) set_gradients_of_held(full_gradient, gradient, particles);
+}
+
+void FeedParticles::set_gradients_of_held(GradientOf gradient_of, Field field, ParticleSet& particles) {
+  for (std::size_t n = 0; n < held_.size(); ++n) {
+    const NozzleState& nozzle = now_[feed_of_held_[n]].end;
+    const Feed& feed = physics_.feeds[feed_of_held_[n]];
+    if (nozzle.spin.isZero(0.0)) continue;  // the two are the same
+    set_gradient(particles, field, held_[n], gradient_of(feed, nozzle, feed.point_of(particles.id()[held_[n]])));
+  }
 }
 
 void FeedParticles::show_dilation(ParticleSet& particles) {

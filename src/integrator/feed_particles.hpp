@@ -12,10 +12,10 @@
 
 namespace bulkley {
 
-/// Appends the particles of the layers first < k <= last of a feed as they are with its nozzle in the state `nozzle` whose tiles
-/// belong to `rank`; `local` learns of them. Not collective.
-void append_layers(const Physics& physics, std::size_t feed, const NozzleState& nozzle, GlobalIndex first, GlobalIndex last,
-                   const TileMap& map, int rank, ParticleSet& particles, StepBounds& local);
+/// Appends the particles that are within the front `last` of a feed and not within `first`, as they are with its nozzle in the state
+/// `nozzle`, whose tiles belong to `rank`; `local` learns of them. Not collective.
+void append_layers(const Physics& physics, std::size_t feed, const NozzleState& nozzle, const Feed::Front& first,
+                   const Feed::Front& last, const TileMap& map, int rank, ParticleSet& particles, StepBounds& local);
 
 /// Appends all that the feeds hold at the time 0. Not collective.
 void append_first_layers(const Physics& physics, const TileMap& map, int rank, ParticleSet& particles);
@@ -36,7 +36,7 @@ class FeedParticles {
   /// After g2p, which has left velocity gradients in the field `gradient`: particles of the feeds get the place and velocity of the
   /// formulas; what has come back into a feed goes to the exit.
   void carry(Field gradient, ParticleSet& particles, StepBounds& local, ParticleBlock block);
-  /// Around the stress update, which must not see that a feed turns: it has the stress that it was born with.
+  /// Around the stress update, which must not see that a feed turns: it has the stress that it was born with, or of its profile.
   void hide_spin(Field gradient, ParticleSet& particles);
   void show_spin(Field gradient, ParticleSet& particles);
   /// With an implicit pressure, after the stress update: J of carried particles as the nodes would change it, which their cells must
@@ -66,12 +66,14 @@ class FeedParticles {
     NozzleState end;        ///< of the step
     bool runs;              ///< at the start of the step
     bool stops;             ///< before its end
-    GlobalIndex released;   ///< layers at the start of the step
-    GlobalIndex born;       ///< likewise
-    GlobalIndex last_born;  ///< at the end of the step
-    GlobalIndex last_released;
+    Feed::Front released;   ///< at the start of the step
+    Feed::Front born;       ///< likewise
+    Feed::Front last_born;  ///< at the end of the step
+    Feed::Front last_released;
   };
   void measure_pressures(const Comm& comm, const ParticleSet& particles);
+  using GradientOf = Mat3 (*)(const Feed& feed, const NozzleState& nozzle, const Feed::Point& point);
+  void set_gradients_of_held(GradientOf gradient_of, Field field, ParticleSet& particles);
   void add_momentum(std::size_t feed, const Vec3& momentum);
   void hold(std::size_t feed, LocalIndex p, Field gradient, ParticleSet& particles, StepBounds& local);
 

@@ -32,7 +32,7 @@ const char* name(Phase phase) { return names[static_cast<std::size_t>(phase)]; }
 
 const char* current_phase(const PhaseTimes& times) {
   const int current = std::atomic_ref<int>(const_cast<int&>(times.current)).load(std::memory_order_relaxed);
-  return current < 0 ? "no phase" : names[static_cast<std::size_t>(current)];
+  return current < 0 ? "output" : names[static_cast<std::size_t>(current)];
 }
 
 PhaseTimer::PhaseTimer(PhaseTimes& times, Phase phase) : times_(times), phase_(phase) {

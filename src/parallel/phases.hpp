@@ -46,7 +46,7 @@ struct PhaseTimes {
   const Entry& operator[](Phase phase) const { return entries[static_cast<std::size_t>(phase)]; }
 };
 
-/// The phase that this rank is in, of nested ones the inner; "no phase" outside them. Any thread may ask. Not collective.
+/// The phase that this rank is in, of nested ones the inner; "output" outside them. Any thread may ask. Not collective.
 const char* current_phase(const PhaseTimes& times);
 
 /// From construction to destruction, this rank is in a phase: adds to `times` and to PETSc's event of that name. Phases of

@@ -9,8 +9,12 @@ namespace {
 
 volatile std::sig_atomic_t stop_requested = 0;
 volatile std::sig_atomic_t checkpoint_requested = 0;
+volatile std::sig_atomic_t end_requested = 0;
 
-extern "C" void request_stop(int) { stop_requested = 1; }
+extern "C" void request_stop(int signal) {
+  stop_requested = 1;
+  if (signal == SIGTERM) end_requested = 1;
+}
 extern "C" void request_checkpoint(int) { checkpoint_requested = 1; }
 
 }  // namespace
@@ -33,5 +37,7 @@ Request pending_request() {
   }
   return Request::none;
 }
+
+bool told_to_end() { return end_requested != 0; }
 
 }  // namespace bulkley

@@ -18,4 +18,7 @@ void watch_signals();
 /// The strongest request since the last call; a request to stop stays. Not collective.
 Request pending_request();
 
+/// Whether SIGTERM has come, which launchers send before they kill. Any thread may ask. Not collective.
+bool told_to_end();
+
 }  // namespace bulkley

@@ -20,15 +20,25 @@ namespace {
 constexpr double start_of_root = 1.0, start_of_next = 2.0;  // s
 constexpr int most_starts = 60;
 
-constexpr std::chrono::milliseconds look_interval{500};
+constexpr std::chrono::milliseconds look_interval{100};
 // A look that comes as much later than it should was held up with the whole process, as by SIGSTOP.
 constexpr std::chrono::seconds stopped_for{3};
 constexpr std::chrono::seconds last_act_limit{1};
 // A rank that has been told to stop is perhaps being ended by the launcher already, because another has spoken.
 constexpr std::chrono::seconds time_to_be_ended{5};
 
+// mpirun kills a rank a second after it has told it to end.
+constexpr double told_root = 0.25, told_first_of_host = 0.5;  // s
+
 double delay_of(const Comm& comm) {
   return comm.is_root() ? 0.0 : start_of_root + start_of_next * std::min(comm.rank(), most_starts);
+}
+
+double delay_if_told_of(const Comm& comm) {
+  if (comm.is_root()) return told_root;
+  for (const char* variable : {"OMPI_COMM_WORLD_LOCAL_RANK", "SLURM_LOCALID"})
+    if (const char* local = std::getenv(variable)) return std::string(local) == "0" ? told_first_of_host : -1.0;
+  return -1.0;
 }
 
 template <class Seconds>
@@ -41,6 +51,20 @@ void say(const std::string& sentence) {
   [[maybe_unused]] const ssize_t n = ::write(STDERR_FILENO, line.data(), line.size());
 }
 
+void do_last_act(const Watchdog::Task& task, const std::string& sentence) {
+  if (!task.last_act) return;
+  auto done = std::make_shared<std::promise<void>>();
+  const std::future<void> finished = done->get_future();
+  std::thread([done, sentence, act = task.last_act] {
+    try {
+      act(sentence);
+    } catch (...) {  // the sentence is out; the exit code says the rest
+    }
+    done->set_value();
+  }).detach();
+  finished.wait_for(last_act_limit);
+}
+
 // Without MPI_Abort, which is the main thread's: mpirun and srun end the other ranks when one ends like this.
 [[noreturn]] void exit_now() { std::_Exit(static_cast<int>(ExitCode::failed)); }
 
@@ -48,6 +72,7 @@ void say(const std::string& sentence) {
 
 Watchdog::Watchdog(const Comm& comm)
     : delay_(delay_of(comm)),
+      delay_if_told_(delay_if_told_of(comm)),
       launcher_(comm.size() > 1 ? ::getppid() : 0),
       rank_(fmt::format("rank {} of {}", comm.rank(), comm.size())) {
   sigset_t all, before;  // signals are the main thread's
@@ -82,6 +107,7 @@ void Watchdog::pop() {
 }
 
 void Watchdog::begin_top() {
+  ++n_begun_;
   if (!tasks_.empty()) deadline_ = Clock::now() + duration_of(tasks_.back().limit + delay_);
 }
 
@@ -96,9 +122,13 @@ void Watchdog::guard() {
     last = now;
     if (ends_) return;
     if (launcher_ != 0 && ::getppid() != launcher_) {
-      say(fmt::format("{} has lost what started it, and ends", rank_));
+      const std::string sentence =
+          fmt::format("{} has lost what started it, and ends{}", rank_, tasks_.empty() ? "" : tasks_.back().place());
+      say(sentence);
+      if (!tasks_.empty() && delay_ == 0.0) do_last_act(tasks_.back(), sentence);
       exit_now();
     }
+    speak_before_being_killed();
     if (!tasks_.empty() && tasks_.back().limit > 0.0 && now >= deadline_) end(tasks_.back());
   }
 }
@@ -107,19 +137,24 @@ void Watchdog::end(const Task& task) const {
   if (delay_ > 0.0 && pending_request() == Request::stop) std::this_thread::sleep_for(time_to_be_ended);
   const std::string sentence = task.sentence();
   say(sentence);
-  if (task.last_act) {
-    auto done = std::make_shared<std::promise<void>>();
-    const std::future<void> finished = done->get_future();
-    std::thread([done, sentence, act = task.last_act] {
-      try {
-        act(sentence);
-      } catch (...) {  // the sentence is out; the exit code says the rest
-      }
-      done->set_value();
-    }).detach();
-    finished.wait_for(last_act_limit);
-  }
+  do_last_act(task, sentence);
   exit_now();
+}
+
+// Once, if what was going on when the launcher told this rank to end goes on longer than usual. The main thread cannot leave
+// it meanwhile, so that the last act is not done beside it.
+void Watchdog::speak_before_being_killed() {
+  if (delay_if_told_ < 0.0 || tasks_.empty() || !told_to_end()) return;
+  if (begun_when_told_ < 0) {
+    begun_when_told_ = n_begun_;
+    told_ = Clock::now();
+  }
+  const Task& task = tasks_.back();
+  if (begun_when_told_ != n_begun_ || Clock::now() < told_ + duration_of(std::max(delay_if_told_, task.usual))) return;
+  begun_when_told_ = 0;
+  const std::string sentence = fmt::format("{} was told to end, and cannot{}", rank_, task.place());
+  say(sentence);
+  do_last_act(task, sentence);
 }
 
 }  // namespace bulkley

@@ -15,15 +15,19 @@
 namespace bulkley {
 
 /// A thread of every rank that ends the program (exit code 3) when something that is watched takes too long, and when the
-/// launcher of the ranks is gone. It calls neither MPI nor the file system itself: both may be what hangs. Time in which this
-/// process was stopped as a whole, such as a suspended job, does not count.
+/// launcher of the ranks is gone. Where the launcher finds first that a host is gone, it tells the ranks to end (SIGTERM) and
+/// kills them soon after: the root and the first rank of each host then say what they are in and do the last act, but go on.
+/// It calls neither MPI nor the file system itself: both may be what hangs. Time in which this process was stopped as a
+/// whole, such as a suspended job, does not count.
 class Watchdog {
  public:
   /// What is watched. Both functions are called by the watchdog's thread and must not touch what the main thread changes.
   struct Task {
     double limit = 0.0;                     ///< s; 0: it may take as long as it likes
-    std::function<std::string()> sentence;  ///< what is printed, without "bulkley: "
-    /// Done, with the sentence, before the end; given up after a second. May be empty.
+    double usual = 0.0;                     ///< s, that it may well take
+    std::function<std::string()> sentence;  ///< what is printed at the limit, without "bulkley: "
+    std::function<std::string()> place;     ///< what this rank does, and the last checkpoint: the end of other sentences
+    /// Done, with the sentence, after it; given up after a second. May be empty.
     std::function<void(const std::string& sentence)> last_act = {};
   };
 
@@ -55,14 +59,19 @@ class Watchdog {
   void begin_top();
   void guard();
   [[noreturn]] void end(const Task& task) const;
+  void speak_before_being_killed();
 
-  const double delay_;      // s, after the limit: the root speaks and ends first
-  const int launcher_;      // its process; 0: there is none
-  const std::string rank_;  // who this is
+  const double delay_;          // s, after the limit: the root speaks and ends first
+  const double delay_if_told_;  // s, after it has been told to end and has not; negative: others speak
+  const int launcher_;          // its process; 0: there is none
+  const std::string rank_;      // who this is
   std::mutex mutex_;
   std::condition_variable changed_;
   std::vector<Task> tasks_;  // the innermost last
   Clock::time_point deadline_;
+  Clock::time_point told_;  // when it has been told to end
+  int n_begun_ = 0;         // watches
+  int begun_when_told_ = -1;
   bool ends_ = false;
   std::thread thread_;
 };

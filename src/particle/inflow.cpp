@@ -73,6 +73,19 @@ double area_by_points(const Section& section) {
   return sum * step[0] * step[1];
 }
 
+// Precondition: a section by a shape has no profile.
+SpeedShares shares_of(const Inflow& inflow) {
+  if (inflow.profile == FeedProfile::plug) return {};
+  if (const auto* disc = std::get_if<DiscSection>(&inflow.section)) return SpeedShares(*disc);
+  return {std::get<RectangleSection>(inflow.section), inflow.open_ends};
+}
+
+// Neighbours far apart, and any number of columns evenly spread: multiples of the golden section, as fractions.
+double phase_of(GlobalIndex number) {
+  const double multiple = 0.61803398874989485 * static_cast<double>(number);
+  return multiple - std::floor(multiple) - 0.5;
+}
+
 int lattice_width(int particles_per_cell) {
   int k = 1;
   while (k * k * k < particles_per_cell) ++k;
@@ -109,6 +122,16 @@ Bounds bounds(const Section& section) {
     half.head<2>() =
         0.5 * Eigen::Vector2d(std::get<RectangleSection>(section).width, std::get<RectangleSection>(section).height);
   return {-half, half};
+}
+
+SectionFrame section_frame(const Inflow& inflow) {
+  SectionFrame frame;
+  frame.axis = inflow.direction.normalized();
+  Vec3 side = inflow.side;
+  if (side.isZero(0.0)) side = std::abs(frame.axis[0]) < 0.9 ? Vec3::UnitX() : Vec3::UnitY();
+  frame.first = (side - side.dot(frame.axis) * frame.axis).normalized();
+  frame.second = frame.axis.cross(frame.first);
+  return frame;
 }
 
 EnteredVolume::EnteredVolume(const Inflow& inflow, double end_time)
@@ -192,11 +215,8 @@ Feed::Feed(const GridGeometry& grid, const Inflow& inflow, GlobalIndex first_id,
   length_ = (grid.order == SplineOrder::quadratic ? 3.0 : 4.0) * dx;
   layer_ = spacing * inflow.volume_ratio;
   path_per_volume_ = inflow.volume_ratio / area(inflow.section);
-  axis_ = inflow.direction.normalized();
-  Vec3 side = inflow.side;
-  if (side.isZero(0.0)) side = std::abs(axis_[0]) < 0.9 ? Vec3::UnitX() : Vec3::UnitY();
-  first_ = (side - side.dot(axis_) * axis_).normalized();
-  second_ = axis_.cross(first_);
+  frame_ = section_frame(inflow);
+  shares_ = shares_of(inflow);
 
   if (const auto* shape = std::get_if<ShapeSection>(&inflow.section))
     check_shape(shape->shape, "has a section whose shape is wrong");
@@ -215,6 +235,7 @@ Feed::Feed(const GridGeometry& grid, const Inflow& inflow, GlobalIndex first_id,
   if (rows * columns > static_cast<double>(ids_per_layer))
     throw UsageError(
         fmt::format("has a section of {:.0f} x {:.0f} particles; it may have {}", rows, columns, ids_per_layer));
+  double speeds = 0.0;  // of all columns, over the mean
   place_of_number_.assign(static_cast<std::size_t>(rows * columns), -1);
   for (GlobalIndex number = 0; number < static_cast<GlobalIndex>(place_of_number_.size()); ++number) {
     const auto n_columns = static_cast<GlobalIndex>(columns);
@@ -222,18 +243,46 @@ Feed::Feed(const GridGeometry& grid, const Inflow& inflow, GlobalIndex first_id,
     const double b = middle[1] + (static_cast<double>(number % n_columns) - 0.5 * (columns - 1.0)) * spacing;
     if (signed_distance(inflow.section, a, b) > 0.0) continue;
     place_of_number_[static_cast<std::size_t>(number)] = static_cast<LocalIndex>(points_.size());
-    points_.push_back({a * first_ + b * second_, number});
+    const SpeedShares::Share share = shares_.at(a, b);
+    points_.push_back({a * frame_.first + b * frame_.second, number, share.value,
+                       share.slope[0] * frame_.first + share.slope[1] * frame_.second, is_plug() ? 0.0 : phase_of(number)});
+    speeds += share.value;
   }
   const double section_area = area(inflow.section), held = static_cast<double>(points_.size()) * spacing * spacing;
-  if (!(section_area > 0.0))
-    throw UsageError("has an empty section: its shape does not reach the plane z = 0");
+  if (!(section_area > 0.0)) throw UsageError("has an empty section: its shape does not reach the plane z = 0");
   if (!(held > 0.5 * section_area && held < 2.0 * section_area))
     throw UsageError(
         fmt::format("has a section of {:.4g} m^2, of which its {} particles {:g} m apart fill {:.4g} m^2: too few to show "
                     "its shape; make it "
                     "larger, the cells of {:g} m smaller, or particles_per_cell greater than {}",
                     section_area, points_.size(), spacing, held, dx, inflow.particles_per_cell));
-  particle_volume_ = section_area * spacing / static_cast<double>(points_.size());
+  particle_volume_ = section_area * spacing / speeds;
+  if (is_plug() || !inflow.position || inflow.motion.moves()) return;
+  for (int axis = 0; axis < 3; ++axis)
+    if (std::abs(frame_.axis[axis]) > 1.0 - 1e-12) node_factor_ = section_area / (dx * dx * sum_over_nodes(grid, axis));
+}
+
+// Of the shares of the nodes in a plane across `axis`, along which the feed flows; those on an edge, which move where it has no wall,
+// count half.
+double Feed::sum_over_nodes(const GridGeometry& grid, int axis) const {
+  const double dx = grid.cell_size;
+  const Vec3 center = inflow_.position.value();
+  Int3 first{}, last{};
+  for (int a = 0; a < 3; ++a) {
+    const double reach = a == axis ? 0.0 : radius_;
+    first[a] = a == axis ? 0 : static_cast<int>(std::floor((center[a] - reach - grid.lower[a]) / dx));
+    last[a] = a == axis ? 0 : static_cast<int>(std::ceil((center[a] + reach - grid.lower[a]) / dx));
+  }
+  double sum = 0.0;
+  for (int i = first[0]; i <= last[0]; ++i)
+    for (int j = first[1]; j <= last[1]; ++j)
+      for (int k = first[2]; k <= last[2]; ++k) {
+        const Vec3 arm = grid.lower + dx * Vec3(i, j, k) - center;
+        const double a = arm.dot(frame_.first), b = arm.dot(frame_.second);
+        const double depth = -signed_distance(inflow_.section, a, b) / dx;
+        if (depth > -1e-6) sum += (depth < 1e-6 ? 0.5 : 1.0) * shares_.at(a, b).value;
+      }
+  return sum;
 }
 
 Vec3 Feed::middle() const {
@@ -244,7 +293,7 @@ Vec3 Feed::middle() const {
 
 NozzleState Feed::at(double time, double stretch) const {
   NozzleState state{
-      inflow_.position.value_or(Vec3::Zero()), Vec3::Zero(), Vec3::Zero(), Mat3::Identity(), axis_, 0.0, 0.0, stretch};
+      inflow_.position.value_or(Vec3::Zero()), Vec3::Zero(), Vec3::Zero(), Mat3::Identity(), frame_.axis, 0.0, 0.0, stretch};
   state.path = path_per_volume_ * entered_.volume(time);
   state.speed = stretch * (path_per_volume_ * entered_.rate(time));
   if (!inflow_.key_frames.empty()) {
@@ -260,27 +309,34 @@ NozzleState Feed::at(double time, double stretch) const {
     state.velocity = velocity.at(state.position);
     state.spin = velocity.angular_velocity;
     state.rotation = pose.rotation;
-    state.axis = pose.rotation * axis_;
+    state.axis = pose.rotation * frame_.axis;
   }
   return state;
 }
 
-// The largest k with (k - 1/2) layer < path: never fewer for a longer path, whatever rounding does.
-GlobalIndex Feed::layers_within(double path) const {
-  auto k = static_cast<GlobalIndex>(std::max(0.0, std::floor(path / layer_ + 0.5)));
-  const auto is_within = [&](GlobalIndex n) { return (static_cast<double>(n) - 0.5) * layer_ < path; };
-  while (is_within(k + 1)) ++k;
-  while (k > 0 && !is_within(k)) --k;
+Feed::Front Feed::born(double time) const {
+  Front front = released(time);
+  if (runs(time)) front.ahead = length_;
+  return front;
+}
+
+Feed::Front Feed::released(double time) const {
+  return {time < start() ? 0.0 : path_per_volume_ * entered_.volume(time), 0.0};
+}
+
+// The last layer that is within: never fewer for a longer path, whatever rounding does.
+GlobalIndex Feed::n_layers(const Front& front, const Point& point) const {
+  auto k = static_cast<GlobalIndex>(
+      std::max(0.0, std::floor((point.share * front.path + front.ahead) / layer_ + 0.5 - point.phase)));
+  while (is_within(front, k + 1, point)) ++k;
+  while (k > 0 && !is_within(front, k, point)) --k;
   return k;
 }
 
-GlobalIndex Feed::n_born(double time) const {
-  if (time < start()) return 0;
-  return layers_within(path_per_volume_ * entered_.volume(time) + (time < end() ? length_ : 0.0));
-}
-
-GlobalIndex Feed::n_released(double time) const {
-  return time < start() ? 0 : layers_within(path_per_volume_ * entered_.volume(time));
+GlobalIndex Feed::n_particles(const Front& front) const {
+  GlobalIndex n = 0;
+  for (const Point& point : points_) n += n_layers(front, point);
+  return n;
 }
 
 const Feed::Point& Feed::point_of(GlobalIndex id) const {
@@ -297,7 +353,13 @@ bool Feed::holds(const NozzleState& nozzle, const Vec3& point, double margin, do
 
 double Feed::distance_to_edge(const NozzleState& nozzle, const Vec3& point) const {
   const Vec3 local = nozzle.rotation.transpose() * (point - nozzle.position);
-  return signed_distance(inflow_.section, local.dot(first_), local.dot(second_));
+  return signed_distance(inflow_.section, local.dot(frame_.first), local.dot(frame_.second));
+}
+
+double Feed::share_at(const NozzleState& nozzle, const Vec3& node) const {
+  if (is_plug()) return 1.0;
+  const Vec3 local = nozzle.rotation.transpose() * (node - nozzle.position);
+  return node_factor_ * shares_.at(local.dot(frame_.first), local.dot(frame_.second)).value;
 }
 
 Bounds Feed::bounds(const NozzleState& nozzle, double margin, double from) const {
@@ -317,7 +379,7 @@ double Feed::speed_bound(double first, double last) const {
   else if (inflow_.motion.moves())
     fastest = inflow_.motion.speed_bound(first, last,
                                          (*inflow_.position - inflow_.motion.center).norm() + radius_ + 2.0 * length_);
-  return fastest + path_per_volume_ * entered_.largest_rate(first, last);
+  return fastest + std::max(1.0, node_factor_) * shares_.largest() * (path_per_volume_ * entered_.largest_rate(first, last));
 }
 
 std::vector<Feed> feeds_of(const GridGeometry& grid, const std::vector<Inflow>& inflows, std::size_t n_bodies,

@@ -2,7 +2,8 @@
 // Material that enters through a nozzle: an entry of [[inflows]] (docs/theory.md, "Inflow").
 //
 // Layers of particles are born behind the exit, move with the nozzle by formula and become ordinary particles once they have
-// passed the exit. Which layers there are, and where, follows from the time alone: from the volume e(t) that has entered.
+// passed the exit. Which layers there are, and where, follows from the time alone: from the volume e(t) that has entered. Of a
+// profile each column of a lattice across the section has layers of its own.
 
 #include <memory>
 #include <optional>
@@ -14,6 +15,7 @@
 #include "geometry/rigid_motion.hpp"
 #include "geometry/shape.hpp"
 #include "grid/grid_geometry.hpp"
+#include "particle/feed_profile.hpp"
 
 namespace bulkley {
 
@@ -71,24 +73,33 @@ struct Inflow {
   std::optional<TimeFormula> speed;      ///< m/s
   std::vector<FeedFrame> key_frames;     ///< instead of position and rate, in the order of time; linear between
   std::string key_frames_file;           ///< CSV of key frames, by the root
-  double start = 0.0;                    ///< s
-  std::optional<double> end;             ///< s; none: it does not end
-  FeedPressure pressure;                 ///< at which the material enters
-  double volume_ratio = 1.0;             ///< J of the feed, from the pressure; 1 where that is measured
-  double wave_speed = 0.0;               ///< m/s, of the material at rest; only where the pressure is measured
+  FeedProfile profile = FeedProfile::plug;
+  OpenEnds open_ends{};       ///< of a rectangle with a profile
+  double start = 0.0;         ///< s
+  std::optional<double> end;  ///< s; none: it does not end
+  FeedPressure pressure;      ///< at which the material enters
+  double volume_ratio = 1.0;  ///< J of the feed, from the pressure; 1 where that is measured
+  double wave_speed = 0.0;    ///< m/s, of the material at rest; only where the pressure is measured
   int particles_per_cell = 8;
   std::optional<std::string> moves_with;  ///< name of the collider whose motion it shares
   RigidMotion motion{};                   ///< that of the collider
   std::string place;                      ///< "file:line:column"
 };
 
-/// How the nozzle moves: a point x of it has the velocity `velocity` + `spin` x (x - position), the feed `speed` along `axis` more.
+/// Unit vectors at t = 0: of the flow, and along the two coordinates of the section.
+struct SectionFrame {
+  Vec3 axis, first, second;
+};
+SectionFrame section_frame(const Inflow& inflow);
+
+/// How the nozzle moves: a point x of it has the velocity `velocity` + `spin` x (x - position), the feed `speed` times the share of the
+/// place along `axis` more.
 struct NozzleState {
   Vec3 position, velocity, spin;
   Mat3 rotation;
   Vec3 axis;     ///< unit, of the flow
-  double path;   ///< m, by which the feed has advanced since the start, at a stretch of 1
-  double speed;  ///< m/s, of the feed
+  double path;   ///< m, by which the feed has advanced since the start, at a stretch of 1, in the mean over the section
+  double speed;  ///< m/s, of the feed, in the mean over the section
   double stretch =
       1.0;  ///< J of a pressure that is measured: by so much layers are nearer to each other, and the feed slower
 };
@@ -125,10 +136,18 @@ class Feed {
   /// `first_id`: of its particles. Throws UsageError with the reason, without the inflow's name.
   Feed(const GridGeometry& grid, const Inflow& inflow, GlobalIndex first_id, double end_time);
 
-  /// A place in each layer.
+  /// A column of the lattice: a place in each layer.
   struct Point {
-    Vec3 offset;         ///< m, from the exit's centre at t = 0
-    GlobalIndex number;  ///< in row order over the section's box
+    Vec3 offset;                ///< m, from the exit's centre at t = 0
+    GlobalIndex number;         ///< in row order over the section's box
+    double share = 1.0;         ///< its speed over the mean
+    Vec3 slope = Vec3::Zero();  ///< 1/m, of the share, at t = 0
+    double phase = 0.0;         ///< layers by which its own lie behind those of a plug, -1/2 to 1/2
+  };
+  /// How far a feed has got by some time: which layers of which columns there are, or have passed the exit.
+  struct Front {
+    double path = 0.0;   ///< m, in the mean over the section
+    double ahead = 0.0;  ///< m, by which all columns reach farther
   };
 
   const Inflow& inflow() const { return inflow_; }
@@ -144,13 +163,20 @@ class Feed {
   bool runs(double time) const { return time >= start() && time < end(); }
 
   NozzleState at(double time, double stretch = 1.0) const;
-  /// Distance of layer k past the exit, m.
-  double distance(const NozzleState& nozzle, GlobalIndex k) const {
-    return nozzle.stretch * (nozzle.path - (static_cast<double>(k) - 0.5) * layer_);
+  /// Distance of layer k of a column past the exit, m.
+  double distance(const NozzleState& nozzle, GlobalIndex k, const Point& point) const {
+    return nozzle.stretch * (point.share * nozzle.path - depth(k, point));
   }
-  /// Layers 1 to that have been born, or have passed the exit, by `time`.
-  GlobalIndex n_born(double time) const;
-  GlobalIndex n_released(double time) const;
+  /// What has been born, or has passed the exit, by `time`.
+  Front born(double time) const;
+  Front released(double time) const;
+  /// Layers 1 to that of a column are within the front.
+  GlobalIndex n_layers(const Front& front, const Point& point) const;
+  bool is_within(const Front& front, GlobalIndex k, const Point& point) const {
+    return depth(k, point) < point.share * front.path + front.ahead;
+  }
+  /// Of all columns.
+  GlobalIndex n_particles(const Front& front) const;
 
   bool owns(GlobalIndex id) const { return id >= first_id_ && id < first_id_ + ids_per_inflow; }
   GlobalIndex layer_of(GlobalIndex id) const { return (id - first_id_) / ids_per_layer; }
@@ -159,11 +185,19 @@ class Feed {
   const Point& point_of(GlobalIndex id) const;
 
   Vec3 position(const NozzleState& nozzle, GlobalIndex k, const Point& point) const {
-    return nozzle.position + nozzle.rotation * point.offset + distance(nozzle, k) * nozzle.axis;
+    return nozzle.position + nozzle.rotation * point.offset + distance(nozzle, k, point) * nozzle.axis;
   }
-  Vec3 velocity(const NozzleState& nozzle, const Vec3& position) const {
-    return nozzle.velocity + nozzle.spin.cross(position - nozzle.position) + nozzle.speed * nozzle.axis;
+  /// Of a place where the feed has this share of its mean speed.
+  Vec3 velocity(const NozzleState& nozzle, const Vec3& position, double share) const {
+    return nozzle.velocity + nozzle.spin.cross(position - nozzle.position) + (nozzle.speed * share) * nozzle.axis;
   }
+  /// The velocity gradient that a profile shears a column with, 1/s, without the nozzle's spin.
+  Mat3 shear(const NozzleState& nozzle, const Point& point) const {
+    return nozzle.speed * nozzle.axis * (nozzle.rotation * point.slope).transpose();
+  }
+  bool is_plug() const { return shares_.is_plug(); }
+  /// Share of the mean speed at a node.
+  double share_at(const NozzleState& nozzle, const Vec3& node) const;
   /// Whether a point is in the nozzle, widened by `margin`, between `from` and 0 past the exit, m.
   bool holds(const NozzleState& nozzle, const Vec3& point, double margin, double from) const;
 
@@ -179,13 +213,17 @@ class Feed {
   static constexpr GlobalIndex ids_per_inflow = GlobalIndex{1} << 56;
 
  private:
-  GlobalIndex layers_within(double path) const;
+  /// m, from the exit back to layer k at t = 0, at a stretch of 1.
+  double depth(GlobalIndex k, const Point& point) const { return (static_cast<double>(k) - 0.5 + point.phase) * layer_; }
+  double sum_over_nodes(const GridGeometry& grid, int axis) const;
 
   Inflow inflow_;
   EnteredVolume entered_;
   GlobalIndex first_id_;
-  Vec3 axis_, first_, second_;  ///< at t = 0: of the flow, of the section
-  double radius_ = 0.0;         ///< m, of the circle about the section
+  SectionFrame frame_;
+  SpeedShares shares_;
+  double node_factor_ = 1.0;  ///< of the shares of nodes, so that those of a plane sum up to the flow
+  double radius_ = 0.0;       ///< m, of the circle about the section
   double length_, layer_, path_per_volume_, particle_volume_;
   std::vector<Point> points_;
   std::vector<LocalIndex> place_of_number_;

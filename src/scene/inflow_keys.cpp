@@ -35,6 +35,11 @@ void check_inflow(const Value& table, Inflow& inflow, Faults& faults) {
     faults.add(table.place, fmt::format("inflow '{}' needs exactly one of 'flow_rate', 'speed', 'key_frames' and "
                                         "'key_frames_file'; it has {}",
                                         inflow.name, n_given));
+  if (inflow.profile != FeedProfile::plug && std::holds_alternative<ShapeSection>(inflow.section))
+    faults.add(table.find("profile")->place,
+               fmt::format("'{}.profile' is \"poiseuille\", which sections of type \"disc\" and \"rectangle\" have and "
+                           "those of type \"shape\" do not; it must be \"plug\"",
+                           table.path));
   const bool by_frames = table.find("key_frames") || !inflow.key_frames_file.empty();
   for (const char* key : {"position", "end", "moves_with"})
     if (by_frames && table.find(key))
@@ -97,6 +102,10 @@ void assign_material(const Value& table, const Scene& scene, Inflow& inflow, Fau
 
 }  // namespace
 
+config::Names<FeedProfile> names(config::Of<FeedProfile>) {
+  return {{"plug", FeedProfile::plug}, {"poiseuille", FeedProfile::poiseuille}};
+}
+
 const Keys<DiscSection>& keys(config::Of<DiscSection>) {
   static const auto table =
       Keys<DiscSection>("A disc about the axis.", {0.0}).key("radius", &DiscSection::radius, length_rule("Radius."));
@@ -143,10 +152,16 @@ const Keys<Inflow>& keys(config::Of<Inflow>) {
                 .range = config::at_least(0.0),
                 .default_text = "none"})
           .key("speed", &Inflow::speed,
-               {.about = "Speed of the material in the exit.",
+               {.about = "Speed of the material in the exit, in the mean over the section.",
                 .unit = "m/s",
                 .range = config::at_least(0.0),
                 .default_text = "none"})
+          .key(
+              "profile", &Inflow::profile,
+              {.about =
+                   "Speed over the section. plug: everywhere the same; poiseuille: that of a Newtonian fluid far from the "
+                   "ends of a tube, in a disc or a rectangle; ends of a rectangle that lie on slip or periodic faces of the "
+                   "domain have no wall."})
           .key("key_frames", &Inflow::key_frames,
                {.about = "Instead of `position` and a rate: where the exit is and the volume that has entered by then, in "
                          "s, m and m^3; linear between.",
@@ -184,6 +199,11 @@ void join_inflows(const Value& root, Scene& scene, Faults& faults) {
           fmt::format("'{}.name' is \"{}\", which a collider or a rigid body has already: their columns in history.csv "
                       "would have the same names",
                       table.path, inflow.name));
+    if (const auto* rectangle = std::get_if<RectangleSection>(&inflow.section);
+        rectangle && inflow.position && !inflow.moves_with && inflow.direction.norm() > 0.0) {
+      const SectionFrame frame = section_frame(inflow);
+      inflow.open_ends = open_ends(scene.grid, scene.faces, *rectangle, *inflow.position, frame.first, frame.second);
+    }
     if (!inflow.moves_with) continue;
     const auto found = std::find(names.begin(), names.end(), *inflow.moves_with);
     if (found == names.end())

@@ -11,7 +11,8 @@ struct Scene;
 const config::Keys<DiscSection>& keys(config::Of<DiscSection>);
 const config::Keys<RectangleSection>& keys(config::Of<RectangleSection>);
 const config::Keys<ShapeSection>& keys(config::Of<ShapeSection>);
-/// Leaves material_index, density, volume_ratio and motion to join_inflows.
+config::Names<FeedProfile> names(config::Of<FeedProfile>);
+/// Leaves material_index, density, volume_ratio, motion and open_ends to join_inflows.
 const config::Keys<Inflow>& keys(config::Of<Inflow>);
 
 /// What inflows, materials, colliders and the integrator have to agree on. One fault a contradiction. Not collective.

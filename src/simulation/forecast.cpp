@@ -80,7 +80,7 @@ BodyForecast inflow_forecast(const Scene& scene, const Feed& feed) {
   f.name = inflow.name;
   f.material = inflow.material;
   f.material_index = inflow.material_index;
-  f.n_particles = feed.n_born(end_time) * static_cast<GlobalIndex>(feed.points().size());
+  f.n_particles = feed.n_particles(feed.born(end_time));
   f.mass = static_cast<double>(f.n_particles) * inflow.density * feed.particle_volume();
   f.speed = feed.speed_bound(0.0, end_time);
   f.size = std::sqrt(area(inflow.section));
@@ -172,7 +172,7 @@ Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks) {
   GlobalIndex n_fed = 0;  // after the start
   for (const Feed& feed : physics.feeds) {
     f.bodies.push_back(inflow_forecast(scene, feed));
-    n_fed += f.bodies.back().n_particles - feed.n_born(0.0) * static_cast<GlobalIndex>(feed.points().size());
+    n_fed += f.bodies.back().n_particles - feed.n_particles(feed.born(0.0));
     start.motion.speed.include(f.bodies.back().speed, -1);
   }
   std::vector<GlobalIndex> share;

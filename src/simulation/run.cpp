@@ -23,8 +23,10 @@ constexpr std::size_t most_warnings_kept = 20;  // in status.json
 constexpr double slow_steps = 20.0;
 
 // status.json says why the run ends, by the watchdog's thread.
-auto last_act_of(const RunOptions& options) {
-  return [folder = options.folder](const std::string& sentence) { mark_unresponsive_alone(folder, sentence); };
+auto last_act_of(const RunOptions& options, const Comm& comm) {
+  return [folder = options.folder, rank = comm.rank()](const std::string& sentence) {
+    mark_unresponsive_alone(folder, sentence, rank);
+  };
 }
 
 }  // namespace
@@ -126,29 +128,33 @@ GlobalIndex Run::restore() {
 
 Watchdog::Watch Run::watch_write(const std::string& file) {
   const double limit = scene.checkpoint.timeout;
-  return watchdog.watch({limit,
-                         [=, hint = checkpoint_hint()] {
+  const std::string hint = checkpoint_hint();
+  return watchdog.watch({limit, 2.0 * last_checkpoint.seconds,
+                         [=, rank = comm.rank(), n_ranks = comm.size()] {
                            return fmt::format(
-                               "writing '{}' has taken longer than {:g} s (checkpoint.timeout): the file system or another "
-                               "rank does not answer; {}",
-                               file, limit, hint);
+                               "writing '{}' has taken longer than {:g} s (checkpoint.timeout), says rank {} of {}: the "
+                               "file system or another rank does not answer; {}",
+                               file, limit, rank, n_ranks, hint);
                          },
-                         last_act_of(options)});
+                         [=] { return fmt::format(", writing '{}'; {}", file, hint); }, last_act_of(options, comm)});
 }
 
 Watchdog::Watch Run::watch_step() {
   const double least = scene.time_stepping.step_timeout;
   const double limit = least > 0.0 ? std::max(least, slow_steps * clock.slowest_step) : 0.0;
+  const GlobalIndex step = state.step + 1;
+  const std::string hint = checkpoint_hint();
+  const PhaseTimes& times = std::as_const(*solver).times();
   return watchdog.watch(
-      {limit,
-       [limit, rank = comm.rank(), n_ranks = comm.size(), step = state.step + 1, hint = checkpoint_hint(),
-        &times = std::as_const(*solver).times()] {
+      {limit, 2.0 * clock.slowest_step,
+       [=, rank = comm.rank(), n_ranks = comm.size(), &times] {
          return fmt::format(
              "step {} has taken longer than {:g} s (time.step_timeout); rank {} of {}, which says this, is in the phase {}: "
              "another rank does not answer, or the machine is too slow; {}",
              step, limit, rank, n_ranks, current_phase(times), hint);
        },
-       last_act_of(options)});
+       [=, &times] { return fmt::format(", in step {}, in the phase {}; {}", step, current_phase(times), hint); },
+       last_act_of(options, comm)});
 }
 
 void Run::begin_energy_budget() {

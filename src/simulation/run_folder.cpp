@@ -29,6 +29,13 @@ void prepare_folder(const Comm& comm, const RunOptions& options) {
       for (const std::string& name : numbered_files(options.folder, "failure_", suffix))
         remove_file(path_in(options.folder, name));
   });
+  collective_guard(comm, [&] {
+    if (!std::filesystem::is_directory(options.folder))
+      throw UsageError(
+          fmt::format("{}: rank {} does not see the output folder that rank 0 has made or found: the hosts of all "
+                      "ranks must share its disk",
+                      options.folder, comm.rank()));
+  });
   if (!options.restart) remove_checkpoints_after(comm, options.folder, -1);
 }
 

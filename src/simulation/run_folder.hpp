@@ -8,7 +8,8 @@
 
 namespace bulkley {
 
-/// The folder exists then, holds no other run and no leftovers. Throws UsageError or RunError on every rank. Collective.
+/// The folder exists then, for every rank, holds no other run and no leftovers. Throws UsageError or RunError on every rank.
+/// Collective.
 void prepare_folder(const Comm& comm, const RunOptions& options);
 
 /// Tells job scripts of a failure. The disk may be what failed: then a line says so, for the sentence that is on its way to

@@ -241,11 +241,10 @@ std::vector<FedFigures> fed_figures(const Scene& scene, const Solver& solver, do
     const Feed& feed = solver.physics().feeds[f];
     const Inflow& inflow = feed.inflow();
     const auto law = volumetric_law(scene.materials[inflow.material_index].material);
-    const auto n_points = static_cast<GlobalIndex>(feed.points().size());
-    const GlobalIndex n_entered = n_points * feed.n_released(time);
+    const GlobalIndex n_entered = feed.n_particles(feed.released(time));
     figures.push_back({feed.inflow().density * feed.entered_volume(time),
                        feed.inflow().density * feed.particle_volume() * static_cast<double>(n_entered), n_entered,
-                       n_points * feed.n_born(time) - n_entered, pushed_back[f],
+                       feed.n_particles(feed.born(time)) - n_entered, pushed_back[f],
                        law ? 0.0 - law->stress(inflow.volume_ratio * solver.feed_stretches()[f]) : 0.0});
   }
   return figures;

@@ -99,6 +99,18 @@ def same_id_twice(first, second):
     return change
 
 
+def remove_fingerprints(path):
+    with h5py.File(path, "r+") as file:
+        del file["state/fingerprints"]
+
+
+def all_of(*changes):
+    def work(path):
+        for change in changes:
+            change(path)
+    return work
+
+
 def become(data):
     return lambda path: path.write_bytes(data)
 
@@ -139,6 +151,10 @@ WRONG = [
     ("id_twice", set_values("id", same_id_twice(10, 11)), r"the particle id \d+ occurs twice"),
     ("id_twice_far_apart", set_values("id", same_id_twice(0, -1)), r"the particle id \d+ occurs twice"),
     ("id_all_the_same", set_values("id", lambda ids: ids.fill(7)), "the particle id 7 occurs twice"),
+    ("id_twice_of_an_older_version", all_of(set_values("id", same_id_twice(0, -1)), remove_fingerprints),
+     r"the particle id \d+ occurs twice"),
+    ("id_changed", set_values("id", set_at(10, 2**40)), "id is not what was written"),
+    ("velocity_changed", set_values("velocity", set_at(10, 0.125)), "velocity is not what was written"),
     ("id_negative", set_values("id", set_at(20, -5)), "id of the particle in row 20 is -5 and must not be negative"),
     ("material_out_of_range", set_values("material", set_at(5, 1)), "material of the particle in row 5 is 1, .* 1 materials"),
     ("no_positions", remove_dataset("position"), "/particles/position is missing"),
@@ -170,7 +186,7 @@ WRONG = [
 OTHER_FOR_INFO = {"folder": "holds no whole checkpoint", "dangling_link": "no such file or folder"}
 # Refused by a restart alone: only the scene shows that they are wrong. name, what is done, sentence, exit code.
 WRONG_FOR_THE_SCENE = [
-    ("outside", set_values("position", set_at(8, 7.0)), "holds particles outside the domain", 2),
+    ("outside", all_of(set_values("position", set_at(8, 7.0)), remove_fingerprints), "holds particles outside the domain", 2),
     ("other_materials", change_header(lambda file: file.attrs.modify("materials", numpy.bytes_(b"honey"))), "honey.*fluid", 2),
     ("other_scene", other_scene, r"materials\.fluid\.eta: 28\.2 -> 27\.2; --changed-scene", 2),
     ("no_state", lambda path: change_header(lambda file: file["state/reals"].attrs.__delitem__("last_step"))(path),

@@ -235,6 +235,11 @@ INPUT_CASES = [
                    "has a wall 3 cells in front of its exit; with fewer than 4"),
     inflow_warning("drawn", inflow("", "[[0, 0.05, 0.08, 0.12, 0], [0.01, 0.08, 0.08, 0.12, 1.25663706e-6]]", place="key_frames"),
                    "moves 30 times as fast as the material in its exit: from 2 on"),
+    inflow_value("profile_of_a_shape", shaped('{ type = "sphere", center = [0, 0, 0], radius = 0.03 }') + '\nprofile = "poiseuille"',
+                 r"'inflows\.0\.profile' is \"poiseuille\", which sections of type \"disc\" and \"rectangle\" have and those of type "
+                 r"\"shape\" do not; it must be \"plug\""),
+    inflow_value("unknown_profile", inflow('speed = 1\nprofile = "parabola"'),
+                 r"'inflows\.0\.profile' is \"parabola\"; it must be one of \"plug\", \"poiseuille\""),
     inflow_value("of_no_section", shaped('{ type = "sphere", center = [0, 0, 0.03], radius = 0.02 }'),
                  "inflow 'nozzle' has an empty section: its shape does not reach the plane z = 0"),
     inflow_value("of_an_endless_shape", shaped('{ type = "plane", point = [0, 0, 0], normal = [0, 0, 1] }'),

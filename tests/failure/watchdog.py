@@ -20,7 +20,7 @@ RANKS = 3
 SAVED = 300  # steps between checkpoints: ranks are stopped soon after the first
 SAVING = ["--set", f"checkpoint.steps={SAVED}", "--set", "checkpoint.keep=2", "--set", "partition.method=ranges"]
 SENTENCE = re.compile(r"bulkley: step (\d+) has taken longer than 3 s \(time\.step_timeout\); rank (\d) of 3, which says this, is in "
-                      r"the phase (\w+|no phase): another rank does not answer, or the machine is too slow; the last good checkpoint "
+                      r"the phase (\w+): another rank does not answer, or the machine is too slow; the last good checkpoint "
                       r"is \S+/checkpoint_\d+\.h5\n")
 
 

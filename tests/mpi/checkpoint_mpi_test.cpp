@@ -12,7 +12,7 @@
 #include "io/arrays/array_file.hpp"
 #include "io/checkpoint/compare.hpp"
 #include "io/files/text_file.hpp"
-#include "support/io_particles.hpp"
+#include "support/altered_checkpoint.hpp"
 
 namespace bulkley {
 namespace {
@@ -247,46 +247,12 @@ TEST_F(Checkpoint, NamesTheDamagedArray) {
   expect_refused(file, "/particles/position is damaged (its checksum is");
 }
 
-// A file with everything right but for one thing.
 class Altered : public Checkpoint {
  protected:
   std::string write_altered(const std::function<void(FileContent&)>& alter) {
-    const std::string file = write(1, 20);
-    const Hdf5Reader reader(file);
-    FileContent content{"bulkley checkpoint", 1, {}, {}};
-    for (const char* object : {"/", "/state/reals", "/state/integers"})
-      for (const std::string& name : reader.attribute_names(object))
-        if (!name.starts_with("format")) content.attributes.push_back({object, name, reader.attribute(object, name)});
-    for (const std::string& name : reader.members("/particles")) {
-      const ArrayInfo found = reader.array("/particles/" + name);
-      Array array{found.path, found.type, found.shape, Extents(found.shape.size(), 0), found.shape, "1", "", {}};
-      if (!comm.is_root()) array.count[0] = 0;
-      array.fill = [file, found](GlobalIndex first, GlobalIndex n, std::byte* out) {
-        Extents start(found.shape.size(), 0), count = found.shape;
-        start[0] = first;
-        count[0] = n;
-        Hdf5Reader(file).read(found, start, count, out);
-      };
-      content.arrays.push_back(array);
-    }
-    alter(content);
     const std::string altered = folder.file("altered.h5");
-    write_array_file(comm, altered, content);
+    bulkley::write_altered(comm, write(1, 20), altered, alter);
     return altered;
-  }
-  // The checksums are right, the values are not.
-  template <class Number>
-  std::string write_with(const std::string& field, std::size_t element, Number value) {
-    return write_altered([&](FileContent& content) {
-      Array& array = find(content, "/particles/" + field);
-      array.fill = [=, right = array.fill](GlobalIndex first, GlobalIndex n, std::byte* out) {
-        right(first, n, out);
-        std::memcpy(out + element * sizeof value, &value, sizeof value);  // there is only one portion
-      };
-    });
-  }
-  static Array& find(FileContent& content, const std::string& path) {
-    return *std::find_if(content.arrays.begin(), content.arrays.end(), [&](const Array& a) { return a.path == path; });
   }
 };
 
@@ -304,13 +270,13 @@ TEST_F(Altered, MissingArray) {
 
 TEST_F(Altered, WrongType) {
   const std::string file =
-      write_altered([](FileContent& content) { find(content, "/particles/id").type = ArrayType::float64; });
+      write_altered([](FileContent& content) { array_of(content, "/particles/id").type = ArrayType::float64; });
   expect_refused(file, "/particles/id is float64 (20) and should be int64 (20)");
 }
 
 TEST_F(Altered, WrongShape) {
   const std::string file = write_altered([](FileContent& content) {
-    Array& array = find(content, "/particles/velocity");
+    Array& array = array_of(content, "/particles/velocity");
     array.shape[1] = 2;
     array.count[1] = 2;
     array.fill = [](GlobalIndex, GlobalIndex, std::byte*) {};
@@ -319,10 +285,12 @@ TEST_F(Altered, WrongShape) {
 }
 
 TEST_F(Altered, WrongValues) {
-  expect_refused(write_with("velocity", 3 * 7 + 1, std::nan("")), "velocity of the particle in row 7 is nan");
-  expect_refused(write_with("mass", 19, 0.0), "mass of the particle in row 19 is 0 and must be greater than 0");
-  expect_refused(write_with("id", 4, GlobalIndex{-3}), "id of the particle in row 4 is -3 and must not be negative");
-  expect_refused(write_with("material", 11, std::uint8_t{2}),
+  expect_refused(write_altered(with_value("velocity", 3 * 7 + 1, std::nan(""))), "velocity of the particle in row 7 is nan");
+  expect_refused(write_altered(with_value("mass", 19, 0.0)),
+                 "mass of the particle in row 19 is 0 and must be greater than 0");
+  expect_refused(write_altered(with_value("id", 4, GlobalIndex{-3})),
+                 "id of the particle in row 4 is -3 and must not be negative");
+  expect_refused(write_altered(with_value("material", 11, std::uint8_t{2})),
                  "material of the particle in row 11 is 2, and the file has 2 materials");
 }
 
@@ -330,7 +298,7 @@ TEST_F(Altered, WrongValues) {
 TEST_F(Altered, IdsThatOccurTwice) {
   const GlobalIndex id = whole_array<GlobalIndex>(Hdf5Reader(write(1, 20)), "/particles/id").at(0);
   for (const std::size_t row : {1, 19})
-    expect_refused(write_with("id", row, id), fmt::format("the particle id {} occurs twice", id));
+    expect_refused(write_altered(with_value("id", row, id)), fmt::format("the particle id {} occurs twice", id));
 }
 
 TEST_F(Checkpoint, IdsMayBeAnyDifferentNumbers) {

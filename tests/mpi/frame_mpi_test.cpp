@@ -321,6 +321,33 @@ TEST_F(Frame, SeriesOfTilesFollowsTheRun) {
   EXPECT_FALSE(folder.has("tiles.xdmf"));
 }
 
+// Frames that are added one by one make the same files as frames that are found.
+TEST_F(Frame, SeriesAreTheirMomentsInOrder) {
+  const SampleTiles tiles(comm, SplineOrder::quadratic, 100);
+  const TileValues values = tiles.values();
+  FrameSeries series(comm, folder.path(), -1);
+  std::string particles = xdmf_opening("particles"), boxes = xdmf_opening("tiles");
+  for (const GlobalIndex index : {0, 1, 2, 3, 7, 8}) {
+    write(index, 100 * index, 0.1 * static_cast<double>(index), index == 2 ? 0 : 100, nullptr,
+          index % 2 ? &values : nullptr);
+    series.add(comm, index);
+    root_guard(comm, [&] {
+      const Hdf5Reader frame(frame_path(folder.path(), index));
+      if (index != 2) particles += xdmf_moment(xdmf_particles(frame));
+      EXPECT_EQ(whole_file(folder.file("frames.xdmf")), particles + xdmf_closing());
+      if (index == 0) return;
+      if (index % 2) boxes += xdmf_moment(xdmf_tiles(frame));
+      EXPECT_EQ(whole_file(folder.file("tiles.xdmf")), boxes + xdmf_closing());
+    });
+  }
+  const std::string text = text_of("frames.xdmf");
+  FrameSeries again(comm, folder.path(), 800);
+  EXPECT_EQ(text_of("frames.xdmf"), text);
+  EXPECT_FALSE(folder.has("frames.xdmf.next"));
+  FrameSeries earlier(comm, folder.path(), 150);
+  EXPECT_EQ(text_of("frames.xdmf"), text.substr(0, text.find("      <Grid", text.find("frame_000001"))) + xdmf_closing());
+}
+
 TEST_F(Frame, SeriesFollowsTheRun) {
   {
     FrameSeries series(comm, folder.path(), -1);

@@ -20,11 +20,13 @@ IMPLICIT_STEPS, IMPLICIT_INTERRUPTION = 80, 27
 IMEX = ["time.integrator=imex", "materials.fluid.bulk_modulus=2e9", "time.dt_max=1e-3"]  # until material meets the floor
 MEASURED = ["inflows.0.pressure=measured",  # with a block in front of the exit
             'bodies=[{name="block", material="fluid", shape={type="box", lower=[0.045, 0.06, 0.09], upper=[0.075, 0.1, 0.12]}}]']
+PROFILES = [f"inflows.{n}.profile=poiseuille" for n in (0, 1)]
 VARIANTS = (("apic", [], (2, 3, 7), (3, 2)), ("moment_flip", ['transfer.scheme="moment_flip"', *MEASURED], (3,), (2, 7)),
             ("trials", ['partition.method="metis"', "time.deformation_limit=0.01", "time.trial_interval=1", "time.growth=2"], (3,),
              (3, 2)), ("imex", [*IMEX, "rigid_bodies.0.velocity=[0, 0, 1.5]"], (2, 3, 7), (3, 2)),  # the rigid body is thrown up to the jets
             ("viscous", [*IMEX, "rigid_bodies=[]", "transfer.scheme=moment_flip", "transfer.order=cubic", "time.viscosity=implicit", *MEASURED],
-             (3,), (2, 7)))
+             (3,), (2, 7)), ("profile", [*PROFILES, "transfer.scheme=apic"], (2, 3), (3, 2)),
+            ("profile_imex", [*IMEX, *PROFILES, "rigid_bodies=[]", "transfer.scheme=moment_flip", "time.viscosity=implicit", *MEASURED], (2, 3), (2, 3)))
 FEEDS = ("disc", "bar")
 LUMP = 2000.0 * 4.0 / 3.0 * math.pi * 0.025**3  # kg, the rigid body
 GRAVITY = numpy.array([0.0, 0.0, -9.81])

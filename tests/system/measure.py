@@ -17,7 +17,7 @@ PACKAGE = DRIVERS / "python" / "bulkley"
 sys.path.insert(0, str(PACKAGE.parent))
 from bulkley import DataError, measure  # noqa: E402
 from bulkley.pieces import bodies_of, pieces  # noqa: E402
-from bulkley.run import EndedRun  # noqa: E402
+from bulkley.run_folder import EndedRun  # noqa: E402
 
 GRAVITY, CELL, FLOOR = 10.0, 0.01, 0.1
 

@@ -22,7 +22,7 @@ _bulkley() {
       check) words="--set -n --ranks --help" ;;
       partition) words="--set -n --ranks --methods --frame --before --ranks-per-node --csv --help" ;;
       info) words="--help" ;;
-      compare) words="--tolerance --help" ;;
+      compare) words="--tolerance --full --help" ;;
       convert) words="--to --out --fields --region --every --frames --help" ;;
       status) words="--watch --json --help" ;;
       report) words="--out --help" ;;

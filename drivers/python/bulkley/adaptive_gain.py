@@ -22,11 +22,11 @@ import numpy as np
 
 from bulkley.markdown import markdown
 from bulkley.pieces import cell_keys, cells_of, pieces
-from bulkley.run import EndedRun
+from bulkley.places import BUILT
+from bulkley.run_folder import EndedRun
 
 SHARED = pathlib.Path(__file__).resolve().parents[2]  # drivers, or share/bulkley where it is installed
 SCENES = SHARED / "scenes"
-BUILT = SHARED.parent / "build" / "bulkley"
 REPORT_STEP, REPORT_CELL = 1e-4, 0.025  # s, m
 REPORT_FACTORS = ["time.elastic_cfl=0.1", "time.cfl=0.5"]
 DEFAULT_ELASTIC_CFL = 0.4  # of the program; safe for every spline

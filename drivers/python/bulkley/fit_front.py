@@ -33,9 +33,8 @@ from bulkley.faults import DataError
 from bulkley.history import read_history
 from bulkley.least_squares import Fit, minimise, whitener
 from bulkley.markdown import markdown
+from bulkley.places import BUILT
 
-ROOT = pathlib.Path(__file__).resolve().parents[3]
-BUILT = ROOT / "build/bulkley"
 FLOW = ("yield_stress", "consistency", "flow_index")
 UNITS = {"yield_stress": "Pa", "consistency": "Pa s^n", "flow_index": ""}
 # What is fitted: the yield stress over the stress at REFERENCE, the logarithms of that stress and of the index, the shift of
@@ -171,7 +170,7 @@ class Model:
     def visited_rates(self, flow):
         """(low, high), 1/s: the ends of the rates between which all shear happens, but for SHEAR_SHARE at either end."""
         try:
-            from bulkley.run import open_run
+            from bulkley.run_folder import open_run
             folder = pathlib.Path(f"{self.folder(flow)}_rates")
             self.run(flow, folder, [f"output.frame_interval={self.end / RATE_FRAMES!r}", 'output.fields=["plastic_shear_rate"]'])
             rates = np.concatenate([frame["plastic_shear_rate"] for frame in open_run(folder).frames])

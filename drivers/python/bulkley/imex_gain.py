@@ -14,7 +14,7 @@ import math
 
 from bulkley.adaptive_gain import Study, center_difference, parse_arguments
 from bulkley.markdown import markdown
-from bulkley.run import EndedRun
+from bulkley.run_folder import EndedRun
 
 REAL_MODULUS = 2e9  # Pa
 IMEX = ["time.integrator=imex"]

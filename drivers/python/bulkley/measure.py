@@ -19,7 +19,7 @@ import numpy as np
 from bulkley.faults import DataError
 from bulkley.markdown import markdown
 from bulkley.pieces import bodies_of, cells_of, mass_share, nearest, pieces
-from bulkley.run import EndedRun
+from bulkley.run_folder import EndedRun
 
 FREE = 0.1  # a body whose floor bears less than this part of its weight is in flight
 WORTH_TELLING = 0.01  # of the mass: smaller pieces are counted as crumbs

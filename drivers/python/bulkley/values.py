@@ -26,6 +26,20 @@ def values_of(file: ParticleFile, field: str, component: str | int | None = None
                     + (f", {', '.join(names)}" if n > 1 else "") + f" or 0 to {n - 1}")
 
 
+def shown_field(file: ParticleFile, field: str | None = None,
+                component: str | int | None = None) -> tuple[str, str | int | None]:
+    """The field and component that a picture shows: those given; else the velocity, or the first field that is neither
+    position nor id; of vectors and tensors the magnitude. Raises DataError."""
+    if field is None:
+        others = [name for name in file.fields if name not in ("position", "id")]
+        if not others:
+            raise DataError(f"'{file.path}' has no field to show: add one to output.fields")
+        field = "velocity" if "velocity" in others else others[0]
+    if component is None and file[field].ndim > 1:
+        component = "magnitude"
+    return field, component
+
+
 def label_of(file: ParticleFile, field: str, component: str | int | None) -> str:
     """Name and unit, for axes."""
     unit = file.units[field]

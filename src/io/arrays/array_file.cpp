@@ -7,8 +7,10 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <sstream>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "io/arrays/checksum.hpp"
 #include "io/files/placed_file.hpp"
@@ -130,9 +132,15 @@ void write_block(const PlacedFile& file, GlobalIndex place, const Array& array, 
   });
 }
 
-void read_back(const Hdf5Reader& file, const Array& array, const RunChecksums& written, GlobalIndex run_length) {
+void expect_written(const std::string& path, const Array& array, const RunChecksums& read, const RunChecksums& written) {
+  if (read.values() != written.values())
+    throw RunError(fmt::format("'{}' does not hold what was written to it: {} reads back differently", path, array.path));
+}
+
+/// This rank's block of a compressed array.
+RunChecksums read_back(const Hdf5Reader& file, const Array& array, const Runs& runs) {
   const ArrayInfo info = file.array(array.path);
-  RunChecksums read(run_length);
+  RunChecksums read(runs.length);
   const GlobalIndex bytes = plane_bytes(array);
   for_each_portion(array.count[0], bytes, [&](GlobalIndex first, GlobalIndex n, std::byte* buffer) {
     Extents start = array.start, count = array.count;
@@ -141,9 +149,32 @@ void read_back(const Hdf5Reader& file, const Array& array, const RunChecksums& w
     file.read(info, start, count, buffer);
     read.add(buffer, n * bytes);
   });
-  if (read.values() != written.values())
-    throw RunError(
-        fmt::format("'{}' does not hold what was written to it: {} reads back differently", file.path(), array.path));
+  return read;
+}
+
+/// This rank's runs of an array that begins at `place`.
+RunChecksums read_back(const PlacedReader& file, GlobalIndex place, const Runs& runs) {
+  RunChecksums read(runs.length);
+  std::vector<std::byte> buffer(static_cast<std::size_t>(std::min(portion, runs.length)));
+  for (const GlobalIndex offset : runs.offsets)
+    for (GlobalIndex done = 0; done < runs.length;) {
+      const GlobalIndex n = std::min(portion, runs.length - done);
+      file.read(buffer.data(), n, place + offset + done);
+      read.add(buffer.data(), n);
+      done += n;
+    }
+  return read;
+}
+
+/// By the root: HDF5 finds the arrays where the ranks have written them.
+void expect_places(const std::string& path, const FileContent& content, const std::vector<GlobalIndex>& places) {
+  const Hdf5Reader file(path);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const Array& array = content.arrays[i];
+    const ArrayInfo found = file.array(array.path);
+    if (found.shape != array.shape || (n_elements(array.shape) > 0 && file.place(found) != places[i]))
+      throw RunError(fmt::format("'{}' does not hold what was written to it: {} is elsewhere", path, array.path));
+  }
 }
 
 void set_checksums(Hdf5Writer& file, const FileContent& content, const std::vector<std::uint32_t>& crcs) {
@@ -199,17 +230,28 @@ void write_array_file(const Comm& comm, const std::string& path, const FileConte
     });
     std::vector<std::uint32_t> crcs;
     for (std::size_t i = 0; i < content.arrays.size(); ++i)
-      crcs.push_back(combine_runs(comm, runs[i], checksums[i].values()));
+      crcs.push_back(crc_part(runs[i], checksums[i].values(), stored_bytes(content.arrays[i])));
+    combine_parts(comm, crcs);
     root_guard(comm, [&] {
       Hdf5Writer file(temporary, Hdf5Writer::Mode::change);
       set_checksums(file, content, crcs);
       file.close();
-      if (content.deflate_level > 0) compress(temporary, packed_name(path), content, crcs);
+      if (content.deflate_level > 0)
+        compress(temporary, packed_name(path), content, crcs);
+      else
+        expect_places(temporary, content, places);
     });
     collective_guard(comm, [&] {
-      const Hdf5Reader file(temporary);
+      std::optional<Hdf5Reader> packed;
+      std::optional<PlacedReader> plain;
+      if (content.deflate_level > 0)
+        packed.emplace(temporary);
+      else
+        plain.emplace(temporary);
       for (std::size_t i = 0; i < content.arrays.size(); ++i)
-        read_back(file, content.arrays[i], checksums[i], runs[i].length);
+        expect_written(temporary, content.arrays[i],
+                       packed ? read_back(*packed, content.arrays[i], runs[i]) : read_back(*plain, places[i], runs[i]),
+                       checksums[i]);
     });
     root_guard(comm, [&] {
       sync_file(temporary);
@@ -238,16 +280,51 @@ void check_format(const Hdf5Reader& file, const std::string& format, GlobalIndex
   if (version < 1) refuse(fmt::format("its format version is {}, which never existed", version));
 }
 
-Piece read_rows(const Hdf5Reader& file, const ArrayInfo& array, GlobalIndex first, GlobalIndex n,
-                const std::function<void(GlobalIndex, GlobalIndex, const std::byte*)>& sink) {
+std::vector<StoredArray> find_arrays(const Comm& comm, const std::string& path,
+                                     const std::function<std::vector<std::string>(const Hdf5Reader&)>& choose) {
+  std::vector<std::string> lines;
+  root_guard(comm, [&] {
+    const Hdf5Reader file(path);
+    for (const std::string& name : choose(file)) {
+      const ArrayInfo info = file.array(name);
+      if (name.find('\n') != std::string::npos)
+        throw RunError(fmt::format("cannot read '{}': it is damaged (the name of an array has two lines)", path));
+      lines.push_back(fmt::format("{} {} {} {} {} {}", static_cast<int>(info.type), file.place(info), stored_crc(file, name),
+                                  info.shape.size(), fmt::join(info.shape, " "), name));
+    }
+  });
+  std::vector<StoredArray> arrays;
+  for (const std::string& line : split_lines(broadcast_text(comm, join_lines(lines)))) {
+    std::istringstream text(line);
+    StoredArray array;
+    int type = 0;
+    std::size_t n_axes = 0;
+    text >> type >> array.place >> array.crc >> n_axes;
+    array.info.type = static_cast<ArrayType>(type);
+    array.info.shape.resize(n_axes);
+    for (GlobalIndex& extent : array.info.shape) text >> extent;
+    std::getline(text >> std::ws, array.info.path);
+    arrays.push_back(std::move(array));
+  }
+  return arrays;
+}
+
+Piece RowReader::read(const StoredArray& array, GlobalIndex first, GlobalIndex n,
+                      const std::function<void(GlobalIndex, GlobalIndex, const std::byte*)>& sink) {
   Piece piece;
-  Extents start(array.shape.size(), 0), count = array.shape;
+  Extents start(array.info.shape.size(), 0), count = array.info.shape;
   count[0] = 1;
-  const GlobalIndex row_bytes = n_elements(count) * static_cast<GlobalIndex>(element_size(array.type));
+  const GlobalIndex row_bytes = n_elements(count) * static_cast<GlobalIndex>(element_size(array.info.type));
   for_each_portion(n, row_bytes, [&](GlobalIndex row, GlobalIndex n_rows, std::byte* buffer) {
-    start[0] = first + row;
-    count[0] = n_rows;
-    file.read(array, start, count, buffer);
+    if (array.place >= 0) {
+      if (!places_) places_.emplace(path_);
+      places_->read(buffer, n_rows * row_bytes, array.place + (first + row) * row_bytes);
+    } else {
+      if (!file_) file_.emplace(path_);
+      start[0] = first + row;
+      count[0] = n_rows;
+      file_->read(array.info, start, count, buffer);
+    }
     piece.crc = crc_of(buffer, static_cast<std::size_t>(n_rows * row_bytes), piece.crc);
     piece.bytes += n_rows * row_bytes;
     sink(row, n_rows, buffer);
@@ -259,42 +336,28 @@ std::uint32_t stored_crc(const Hdf5Reader& file, const std::string& array) {
   return static_cast<std::uint32_t>(file.integer(array, "crc32"));
 }
 
-void check_pieces(const Comm& comm, const std::string& path, std::span<const std::string> names,
-                  std::span<const std::uint32_t> stored, std::span<const Piece> pieces) {
-  std::vector<GlobalIndex> mine;
-  for (const Piece& piece : pieces) {
-    mine.push_back(piece.crc);
-    mine.push_back(piece.bytes);
-  }
-  const int n = static_cast<int>(mine.size());
-  std::vector<GlobalIndex> all(comm.is_root() ? mine.size() * static_cast<std::size_t>(comm.size()) : 0);
-  BULKLEY_MPI(MPI_Gather(mine.data(), n, MPI_INT64_T, all.data(), n, MPI_INT64_T, 0, comm.get()));
-  root_guard(comm, [&] {
-    for (std::size_t i = 0; i < pieces.size(); ++i) {
-      std::uint32_t crc = 0;
-      for (std::size_t at = 2 * i; at < all.size(); at += mine.size())
-        crc = static_cast<std::uint32_t>(crc32_combine(crc, static_cast<std::uint32_t>(all[at]), all[at + 1]));
-      if (crc != stored[i])
-        throw RunError(fmt::format("cannot read '{}': {} is damaged (its checksum is {:08x} and should be {:08x})", path,
-                                   names[i], crc, stored[i]));
-    }
-  });
+Piece read_share(const Comm& comm, RowReader& reader, const StoredArray& array) {
+  const EvenShare share = even_share(comm, array.info.shape.empty() ? 0 : array.info.shape[0]);
+  return reader.read(array, share.first, share.count(), [](GlobalIndex, GlobalIndex, const std::byte*) {});
 }
 
-void verify_arrays(const Comm& comm, const std::string& path, const std::vector<std::string>& arrays) {
-  std::vector<std::uint32_t> stored;
+void check_pieces(const Comm& comm, const std::string& path, std::span<const StoredArray> arrays,
+                  std::span<const Piece> pieces) {
+  const std::vector<std::uint32_t> crcs = combine_pieces(comm, pieces);
+  for (std::size_t i = 0; i < crcs.size(); ++i)
+    if (crcs[i] != arrays[i].crc)
+      throw RunError(fmt::format("cannot read '{}': {} is damaged (its checksum is {:08x} and should be {:08x})", path,
+                                 arrays[i].info.path, crcs[i], arrays[i].crc));
+}
+
+void verify_arrays(const Comm& comm, const std::string& path, const std::vector<std::string>& names) {
+  const std::vector<StoredArray> arrays = find_arrays(comm, path, [&](const Hdf5Reader&) { return names; });
   std::vector<Piece> pieces;
   collective_guard(comm, [&] {
-    const Hdf5Reader file(path);
-    for (const std::string& name : arrays) {
-      const ArrayInfo array = file.array(name);
-      const EvenShare share = even_share(comm, array.shape.empty() ? 0 : array.shape[0]);
-      stored.push_back(stored_crc(file, name));
-      pieces.push_back(
-          read_rows(file, array, share.first, share.count(), [](GlobalIndex, GlobalIndex, const std::byte*) {}));
-    }
+    RowReader reader(path);
+    for (const StoredArray& array : arrays) pieces.push_back(read_share(comm, reader, array));
   });
-  check_pieces(comm, path, arrays, stored, pieces);
+  check_pieces(comm, path, arrays, pieces);
 }
 
 }  // namespace bulkley

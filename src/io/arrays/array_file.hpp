@@ -8,11 +8,13 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "io/arrays/hdf5_file.hpp"
+#include "io/files/placed_file.hpp"
 
 namespace bulkley {
 
@@ -60,18 +62,45 @@ struct Piece {
 /// Not collective.
 void check_format(const Hdf5Reader& file, const std::string& format, GlobalIndex newest_version);
 
-/// Reads rows [first, first + n) of the first axis, some at a time, into `sink(row, n_rows, bytes)`; `row` counts from
-/// `first`. Not collective.
-Piece read_rows(const Hdf5Reader& file, const ArrayInfo& array, GlobalIndex first, GlobalIndex n,
-                const std::function<void(GlobalIndex, GlobalIndex, const std::byte*)>& sink);
+/// An array of a file as the root has found it.
+struct StoredArray {
+  ArrayInfo info;
+  GlobalIndex place = -1;  ///< Hdf5Reader::place
+  std::uint32_t crc = 0;   ///< stored
+};
 
-/// Compares `stored[i]` with the CRC of the ranks' pieces of array i, which follow each other in rank order. Throws RunError
-/// naming the file and the first array that differs. Collective.
-void check_pieces(const Comm& comm, const std::string& path, std::span<const std::string> names,
-                  std::span<const std::uint32_t> stored, std::span<const Piece> pieces);
+/// The arrays of `path` that `choose` names, on every rank. The root alone opens the file, and calls `choose`. Throws RunError.
+/// Collective.
+std::vector<StoredArray> find_arrays(const Comm& comm, const std::string& path,
+                                     const std::function<std::vector<std::string>(const Hdf5Reader&)>& choose);
+
+/// Reads rows of the arrays of one file on this rank: past HDF5 where they have a place, so that it is not HDF5 on every rank
+/// that looks through the whole structure of the file. Every member throws RunError. Not collective.
+class RowReader {
+ public:
+  explicit RowReader(const std::string& path) : path_(path) {}
+
+  /// Reads rows [first, first + n) of the first axis, some at a time, into `sink(row, n_rows, bytes)`; `row` counts from
+  /// `first`.
+  Piece read(const StoredArray& array, GlobalIndex first, GlobalIndex n,
+             const std::function<void(GlobalIndex, GlobalIndex, const std::byte*)>& sink);
+
+ private:
+  const std::string path_;
+  std::optional<PlacedReader> places_;  ///< both opened when needed
+  std::optional<Hdf5Reader> file_;
+};
+
+/// Reads this rank's even share of an array. Throws RunError. Not collective.
+Piece read_share(const Comm& comm, RowReader& reader, const StoredArray& array);
+
+/// Compares the stored checksums with those of the ranks' pieces of each array, which follow each other in rank order. Throws
+/// RunError naming the file and the first array that differs. Collective.
+void check_pieces(const Comm& comm, const std::string& path, std::span<const StoredArray> arrays,
+                  std::span<const Piece> pieces);
 
 /// Reads the arrays of `path` on all ranks, a part each, and compares their checksums. Throws RunError. Collective.
-void verify_arrays(const Comm& comm, const std::string& path, const std::vector<std::string>& arrays);
+void verify_arrays(const Comm& comm, const std::string& path, const std::vector<std::string>& names);
 
 /// The stored checksum of an array. Not collective.
 std::uint32_t stored_crc(const Hdf5Reader& file, const std::string& array);

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "parallel/gather.hpp"
-
 namespace bulkley {
 
 Runs runs_of(const Array& array) {
@@ -43,23 +41,35 @@ void RunChecksums::add(const std::byte* data, GlobalIndex bytes) {
 }
 
 namespace {
-struct Run {
-  GlobalIndex offset, length, crc;
-};
+
+/// A CRC is linear, and zlib's crc32_combine(a, b, n) is b XOR a moved by n bytes.
+std::uint32_t moved(std::uint32_t crc, GlobalIndex bytes) {
+  return static_cast<std::uint32_t>(crc32_combine(crc, 0, bytes));
+}
+
 }  // namespace
 
-std::uint32_t combine_runs(const Comm& comm, const Runs& runs, const std::vector<std::uint32_t>& crcs) {
-  std::vector<Run> mine;
-  for (std::size_t i = 0; i < runs.offsets.size(); ++i) mine.push_back({runs.offsets[i], runs.length, crcs[i]});
+std::uint32_t crc_part(const Runs& runs, const std::vector<std::uint32_t>& crcs, GlobalIndex array_bytes) {
+  std::uint32_t part = 0;
+  for (std::size_t i = 0; i < crcs.size(); ++i) part ^= moved(crcs[i], array_bytes - runs.offsets[i] - runs.length);
+  return part;
+}
 
-  std::vector<Run> all = gather_values(comm, mine);
-  std::sort(all.begin(), all.end(), [](const Run& a, const Run& b) { return a.offset < b.offset; });
+void combine_parts(const Comm& comm, std::vector<std::uint32_t>& parts) {
+  BULKLEY_MPI(MPI_Allreduce(MPI_IN_PLACE, parts.data(), static_cast<int>(parts.size()), MPI_UINT32_T, MPI_BXOR, comm.get()));
+}
 
-  std::uint32_t crc = 0;
-  for (const Run& run : all)
-    crc = static_cast<std::uint32_t>(crc32_combine(crc, static_cast<std::uint32_t>(run.crc), run.length));
-  BULKLEY_MPI(MPI_Bcast(&crc, 1, MPI_UINT32_T, 0, comm.get()));
-  return crc;
+std::vector<std::uint32_t> combine_pieces(const Comm& comm, std::span<const Piece> pieces) {
+  std::vector<GlobalIndex> behind;  // bytes of this rank's pieces and of those behind
+  for (const Piece& piece : pieces) behind.push_back(piece.bytes);
+  const int n = static_cast<int>(behind.size());
+  std::vector<GlobalIndex> up_to_mine(behind.size());
+  BULKLEY_MPI(MPI_Scan(behind.data(), up_to_mine.data(), n, MPI_INT64_T, MPI_SUM, comm.get()));
+  BULKLEY_MPI(MPI_Allreduce(MPI_IN_PLACE, behind.data(), n, MPI_INT64_T, MPI_SUM, comm.get()));
+  std::vector<std::uint32_t> crcs;
+  for (std::size_t i = 0; i < pieces.size(); ++i) crcs.push_back(moved(pieces[i].crc, behind[i] - up_to_mine[i]));
+  combine_parts(comm, crcs);
+  return crcs;
 }
 
 }  // namespace bulkley

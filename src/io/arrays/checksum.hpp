@@ -4,6 +4,7 @@
 #include <zlib.h>
 
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include "io/arrays/array_file.hpp"
@@ -34,7 +35,14 @@ class RunChecksums {
   std::vector<std::uint32_t> values_;
 };
 
-/// CRC-32 of a whole array from the runs of all ranks; the same on every rank. Collective.
-std::uint32_t combine_runs(const Comm& comm, const Runs& runs, const std::vector<std::uint32_t>& crcs);
+/// What a rank's runs, with their CRCs, add to the CRC-32 of an array of `array_bytes`: the exclusive or of the parts of all
+/// ranks is that of the whole array, in whatever order they come. Not collective.
+std::uint32_t crc_part(const Runs& runs, const std::vector<std::uint32_t>& crcs, GlobalIndex array_bytes);
+
+/// The CRC-32 of each array from the ranks' parts, the same on every rank: one reduction. Collective.
+void combine_parts(const Comm& comm, std::vector<std::uint32_t>& parts);
+
+/// The same from pieces that follow each other in rank order. Collective.
+std::vector<std::uint32_t> combine_pieces(const Comm& comm, std::span<const Piece> pieces);
 
 }  // namespace bulkley

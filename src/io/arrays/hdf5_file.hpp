@@ -145,12 +145,16 @@ class Hdf5Reader {
   double real(const std::string& object, const std::string& name) const;
   std::string text(const std::string& object, const std::string& name) const;
   std::vector<double> reals(const std::string& object, const std::string& name) const;
+  std::vector<GlobalIndex> integers(const std::string& object, const std::string& name) const;
   AttributeValue attribute(const std::string& object, const std::string& name) const;
   /// Names of the attributes of an object, in order of name.
   std::vector<std::string> attribute_names(const std::string& object) const;
   /// Names of the members of a group, in order of name.
   std::vector<std::string> members(const std::string& group) const;
   ArrayInfo array(const std::string& path) const;
+  /// Where the values of an array begin in the file, bytes, if they lie there as in memory and one after the other; -1 where only
+  /// HDF5 can read them.
+  GlobalIndex place(const ArrayInfo& array) const;
   /// Reads a block; the type must be that of the array.
   void read(const ArrayInfo& array, const Extents& start, const Extents& count, void* data) const;
 

@@ -135,6 +135,10 @@ std::vector<double> Hdf5Reader::reals(const std::string& object, const std::stri
   return attribute_as<std::vector<double>>(object, name, "a list of numbers");
 }
 
+std::vector<GlobalIndex> Hdf5Reader::integers(const std::string& object, const std::string& name) const {
+  return attribute_as<std::vector<GlobalIndex>>(object, name, "a list of integers");
+}
+
 std::vector<std::string> Hdf5Reader::attribute_names(const std::string& object) const {
   std::vector<std::string> names;
   BULKLEY_HDF5_LOCAL(damaged(object), H5Aiterate_by_name(file_.get(), object.c_str(), H5_INDEX_NAME, H5_ITER_INC, nullptr,
@@ -165,6 +169,21 @@ ArrayInfo Hdf5Reader::array(const std::string& path) const {
       return {path, known, Extents(extents.begin(), extents.end())};
     }
   fail(fmt::format("{} has an element type that does not belong here", path));
+}
+
+GlobalIndex Hdf5Reader::place(const ArrayInfo& array) const {
+  const std::string what = damaged(array.path);
+  const HdfList of_file(BULKLEY_HDF5_LOCAL(what, H5Fget_create_plist(file_.get())));
+  hsize_t user_block = 0;
+  BULKLEY_HDF5_LOCAL(what, H5Pget_userblock(of_file.get(), &user_block));
+  const HdfDataset dataset(BULKLEY_HDF5_LOCAL(what, H5Dopen2(file_.get(), array.path.c_str(), H5P_DEFAULT)));
+  const HdfList creation(BULKLEY_HDF5_LOCAL(what, H5Dget_create_plist(dataset.get())));
+  if (user_block > 0 || H5Pget_layout(creation.get()) != H5D_CONTIGUOUS || H5Pget_external_count(creation.get()) != 0)
+    return -1;
+  const haddr_t place = H5Dget_offset(dataset.get());  // undefined where nothing has been written
+  const double end = static_cast<double>(place) +
+                     static_cast<double>(n_elements(array.shape)) * static_cast<double>(element_size(array.type));
+  return place != HADDR_UNDEF && end <= size_of_file(path_) ? static_cast<GlobalIndex>(place) : -1;
 }
 
 void Hdf5Reader::read(const ArrayInfo& array, const Extents& start, const Extents& count, void* data) const {

@@ -1,6 +1,7 @@
 #include "io/checkpoint/checkpoint.hpp"
 
 #include <algorithm>
+#include <cstring>
 #include <filesystem>
 #include <iterator>
 
@@ -21,6 +22,7 @@ namespace bulkley {
 namespace {
 
 const std::string prefix = "checkpoint_";
+const std::string fingerprint_group = "/state/fingerprints";
 
 std::string file_name(GlobalIndex step, const char* suffix) { return fmt::format("{}{:09}{}", prefix, step, suffix); }
 
@@ -41,11 +43,6 @@ std::vector<FieldInfo> written_fields(const Hdf5Reader& file) {
   return written_fields([&](const FieldInfo& field) { return file.has(array_path(field)); });
 }
 
-std::uint32_t header_crc(const CheckpointHeader& header) {
-  const std::string bytes = pack_header(header);
-  return crc_of(reinterpret_cast<const std::byte*>(bytes.data()), bytes.size());
-}
-
 std::vector<Attribute> header_attributes(const CheckpointHeader& header) {
   std::vector<Attribute> attributes = {
       {"/", "step", header.step},
@@ -60,6 +57,9 @@ std::vector<Attribute> header_attributes(const CheckpointHeader& header) {
   };
   for (const auto& [name, value] : header.reals) attributes.push_back({"/state/reals", name, value});
   for (const auto& [name, value] : header.integers) attributes.push_back({"/state/integers", name, value});
+  for (const auto& [name, value] : header.fingerprints)
+    attributes.push_back({fingerprint_group, name,
+                          std::vector{static_cast<GlobalIndex>(value.first), static_cast<GlobalIndex>(value.second)}});
   return attributes;
 }
 
@@ -83,6 +83,12 @@ CheckpointHeader checked_header(const Hdf5Reader& file) {
   if (file.has("/state/integers"))
     for (const std::string& name : file.attribute_names("/state/integers"))
       header.integers[name] = file.integer("/state/integers", name);
+  if (file.has(fingerprint_group))
+    for (const std::string& name : file.attribute_names(fingerprint_group)) {
+      const std::vector<GlobalIndex> sums = file.integers(fingerprint_group, name);
+      if (sums.size() != 2) refuse(fmt::format("the fingerprint of {} is damaged (its size)", name));
+      header.fingerprints[name] = {static_cast<std::uint64_t>(sums[0]), static_cast<std::uint64_t>(sums[1])};
+    }
   if (GlobalIndex{header_crc(header)} != file.integer("/", "header_crc32"))
     refuse("its header is damaged (the checksum does not match)");
 
@@ -132,32 +138,99 @@ std::vector<std::string> other_arrays(const Hdf5Reader& file) {
 using FieldsOf = std::function<std::vector<FieldInfo>(const Hdf5Reader&)>;
 using RowSink = std::function<void(const FieldInfo&, GlobalIndex row, GlobalIndex n, const std::byte* rows)>;
 
-/// Reads rows [first, first + count) of fields into `sink`, where `row` counts from `first`, and verifies checksums and
-/// values. The ranks' parts make up the whole file. Collective.
-void read_fields(const Comm& comm, const std::string& file, const CheckpointHeader& header, GlobalIndex first,
-                 GlobalIndex count, const FieldsOf& fields_of, const RowSink& sink) {
-  std::vector<std::string> names;
-  std::vector<std::uint32_t> stored;
+/// What belongs to the particles: field and array. Ids come first, because the fingerprints of the others need them.
+struct StoredField {
+  FieldInfo field;
+  StoredArray array;
+};
+
+/// The arrays of the fields, and those that are no fields of particles. Collective.
+std::pair<std::vector<StoredField>, std::vector<StoredArray>> find_fields(const Comm& comm, const std::string& file,
+                                                                          const FieldsOf& fields_of) {
+  std::vector<StoredArray> arrays = find_arrays(comm, file, [&](const Hdf5Reader& reader) {
+    std::vector<std::string> paths = other_arrays(reader);
+    for (const FieldInfo& field : fields_of(reader)) paths.push_back(array_path(field));
+    return paths;
+  });
+  std::vector<StoredField> fields;
+  for (const FieldInfo& field : field_table) {
+    const auto is_its = [path = array_path(field)](const StoredArray& array) { return array.info.path == path; };
+    const auto found = std::find_if(arrays.begin(), arrays.end(), is_its);
+    if (found == arrays.end()) continue;
+    fields.insert(field.field == Field::id ? fields.begin() : fields.end(), {field, *found});
+    arrays.erase(found);
+  }
+  return {std::move(fields), std::move(arrays)};
+}
+
+/// Compares the fingerprints of what was read with those of a header. Throws RunError. Collective.
+void expect_fingerprints(const Comm& comm, const std::string& what, const CheckpointHeader& header,
+                         const std::map<std::string, Fingerprint>& found, const std::vector<GlobalIndex>& ids) {
+  const auto agrees = [&](const std::string& name) {
+    const auto written = header.fingerprints.find(name);
+    return written == header.fingerprints.end() || written->second == found.at(name);
+  };
+  // Ids first: all others depend on them. Their likeliest fault has a clearer sentence; a file of an earlier version has no
+  // fingerprints.
+  const std::string id = info(Field::id).name;
+  if (!agrees(id) || !header.fingerprints.contains(id)) expect_unique(comm, what, ids);
+  std::string wrong = agrees(id) ? "" : id;
+  for (auto field = found.begin(); wrong.empty() && field != found.end(); ++field)
+    if (!agrees(field->first)) wrong = field->first;
+  if (!wrong.empty())
+    throw RunError(fmt::format("{}: {} is not what was written (the fingerprint of the values and their ids does not match)",
+                               what, wrong));
+}
+
+/// Reads rows [first, first + count) of fields into `sink`, where `row` counts from `first`, and verifies checksums, values and
+/// fingerprints; gives the latter. `fields_of` is called on the root. The ranks' parts make up the whole file. Collective.
+std::map<std::string, Fingerprint> read_fields(const Comm& comm, const std::string& file, const CheckpointHeader& header,
+                                               GlobalIndex first, GlobalIndex count, const FieldsOf& fields_of,
+                                               const RowSink& sink) {
+  const auto [fields, others] = find_fields(comm, file, fields_of);
+  std::vector<StoredArray> arrays;
   std::vector<Piece> pieces;
-  ParticleCheck check(fmt::format("cannot read '{}'", file), header.material_names.size());
+  std::vector<GlobalIndex> ids;
+  std::vector<Fingerprint> sums(fields.size());
+  const std::string what = fmt::format("cannot read '{}'", file);
+  ParticleCheck check(what, header.material_names.size());
   collective_guard(comm, [&] {
-    const Hdf5Reader reader(file);
-    for (const FieldInfo& field : fields_of(reader)) {
-      names.push_back(array_path(field));
-      stored.push_back(stored_crc(reader, names.back()));
-      pieces.push_back(read_rows(reader, reader.array(names.back()), first, count,
-                                 [&](GlobalIndex row, GlobalIndex n, const std::byte* rows) {
-                                   check.look_at(field, first + row, n, rows);
-                                   if (field.field == Field::id) check.keep_ids(n, rows);
-                                   sink(field, row, n, rows);
-                                 }));
+    RowReader reader(file);
+    ids.resize(static_cast<std::size_t>(count));
+    for (const auto& [field, array] : fields) {
+      arrays.push_back(array);
+      pieces.push_back(
+          reader.read(array, first, count, [&, &field = field](GlobalIndex row, GlobalIndex n, const std::byte* rows) {
+            check.look_at(field, first + row, n, rows);
+            if (field.field == Field::id)
+              std::memcpy(ids.data() + row, rows, static_cast<std::size_t>(n) * sizeof(GlobalIndex));
+            add_rows(field, n, ids.data() + row, rows, sums[arrays.size() - 1]);
+            sink(field, row, n, rows);
+          }));
+    }
+    for (const StoredArray& array : others) {
+      arrays.push_back(array);
+      pieces.push_back(read_share(comm, reader, array));
     }
   });
-  check_pieces(comm, file, names, stored, pieces);
-  std::string others;  // arrays that are no fields of particles
-  root_guard(comm, [&] { others = join_lines(other_arrays(Hdf5Reader(file))); });
-  verify_arrays(comm, file, split_lines(broadcast_text(comm, std::move(others))));
-  check.throw_if_any(comm);
+  check_pieces(comm, file, arrays, pieces);
+  collective_guard(comm, [&] { check.throw_if_seen(); });
+  sum_global(comm, sums);
+  std::map<std::string, Fingerprint> found;
+  for (std::size_t i = 0; i < fields.size(); ++i) found[fields[i].field.name] = sums[i];
+  expect_fingerprints(comm, what, header, found, ids);
+  return found;
+}
+
+/// The fingerprints of all ranks' particles. Collective.
+std::map<std::string, Fingerprint> fingerprints_of(const Comm& comm, const ParticleSet& particles) {
+  const std::vector<FieldInfo> fields = written_fields(particles);
+  std::vector<Fingerprint> sums;
+  for (const FieldInfo& field : fields) sums.push_back(fingerprint_of(particles, field));
+  sum_global(comm, sums);
+  std::map<std::string, Fingerprint> all;
+  for (std::size_t i = 0; i < fields.size(); ++i) all[fields[i].name] = sums[i];
+  return all;
 }
 
 }  // namespace
@@ -180,6 +253,7 @@ void write_checkpoint(const Comm& comm, const std::string& folder, const Checkpo
   header.n_particles = range.total;
   header.n_ranks = comm.size();
   header.material_names.assign(material_names.begin(), material_names.end());
+  header.fingerprints = fingerprints_of(comm, particles);
   header = unpack_header(broadcast_text(comm, pack_header(header)));
 
   const std::string file = checkpoint_path(folder, header.step);
@@ -215,7 +289,7 @@ CheckpointHeader read_header(const Comm& comm, const std::string& file) {
 CheckpointHeader verify_checkpoint(const Comm& comm, const std::string& file) {
   CheckpointHeader header = read_header(comm, file);
   const EvenShare share = even_share(comm, header.n_particles);
-  read_fields(
+  header.fingerprints = read_fields(
       comm, file, header, share.first, share.count(), [](const Hdf5Reader& reader) { return written_fields(reader); },
       [](const FieldInfo&, GlobalIndex, GlobalIndex, const std::byte*) {});
   return header;

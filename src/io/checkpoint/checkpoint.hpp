@@ -15,6 +15,7 @@
 #include "bulkley/parallel/comm.hpp"
 #include "bulkley/particle/particle_set.hpp"
 #include "grid/box_fields.hpp"
+#include "io/checkpoint/fingerprint.hpp"
 
 namespace bulkley {
 
@@ -32,6 +33,8 @@ struct CheckpointHeader {
   std::map<std::string, GlobalIndex> integers;
   GlobalIndex n_particles = 0;              ///< over all ranks; set by the functions below
   std::vector<std::string> material_names;  ///< set by the functions below
+  /// Of each field, by name; set by the functions below. Files of earlier versions have none.
+  std::map<std::string, Fingerprint> fingerprints;
 };
 
 /// Writes `folder`/checkpoint_STEP.h5 and its XDMF sidecar, then removes the oldest checkpoints beyond the `keep` newest
@@ -52,8 +55,9 @@ std::string checkpoint_path(const std::string& folder, GlobalIndex step);
 /// RunError with one sentence that names the file and the fault. Collective.
 CheckpointHeader read_header(const Comm& comm, const std::string& file);
 
-/// read_header, the checksums of all arrays, and the particles: finite numbers, materials of the file, ids
-/// that are not negative and occur once. Throws RunError. Collective.
+/// read_header, the checksums of all arrays, and the particles: finite numbers, materials of the file, ids that are not
+/// negative, and the fingerprints of the header, which prove that ids and values are those of the particles that were written;
+/// that ids occur once, in a file without fingerprints. The header has those of all fields. Throws RunError. Collective.
 CheckpointHeader verify_checkpoint(const Comm& comm, const std::string& file);
 
 /// Replaces `particles` by particles [first, first + count) of the file, in the order of the file. The ranks' parts must

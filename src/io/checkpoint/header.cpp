@@ -3,6 +3,8 @@
 #include <bit>
 #include <cstring>
 
+#include "io/arrays/checksum.hpp"
+
 namespace bulkley {
 
 namespace {
@@ -54,7 +56,20 @@ std::string pack_header(const CheckpointHeader& header) {
   }
   put(bytes, static_cast<GlobalIndex>(header.material_names.size()));
   for (const std::string& name : header.material_names) put(bytes, name);
+  if (header.fingerprints.empty()) return bytes;
+  put(bytes, static_cast<GlobalIndex>(header.fingerprints.size()));
+  for (const auto& [name, fingerprint] : header.fingerprints) {
+    put(bytes, name);
+    put(bytes, static_cast<GlobalIndex>(fingerprint.first));
+    put(bytes, static_cast<GlobalIndex>(fingerprint.second));
+  }
   return bytes;
+}
+
+std::uint32_t header_crc(CheckpointHeader header) {
+  header.fingerprints.clear();
+  const std::string bytes = pack_header(header);
+  return crc_of(reinterpret_cast<const std::byte*>(bytes.data()), bytes.size());
 }
 
 CheckpointHeader unpack_header(const std::string& bytes) {
@@ -75,6 +90,12 @@ CheckpointHeader unpack_header(const std::string& bytes) {
     header.integers[name] = from.integer();
   }
   for (GlobalIndex n = from.integer(); n > 0; --n) header.material_names.push_back(from.text());
+  if (from.at == bytes.size()) return header;
+  for (GlobalIndex n = from.integer(); n > 0; --n) {
+    Fingerprint& fingerprint = header.fingerprints[from.text()];
+    fingerprint.first = static_cast<std::uint64_t>(from.integer());
+    fingerprint.second = static_cast<std::uint64_t>(from.integer());
+  }
   return header;
 }
 

@@ -8,6 +8,8 @@
 namespace bulkley {
 
 std::string pack_header(const CheckpointHeader& header);
+/// The checksum that the file keeps of its header. It leaves out fingerprints, which programs of earlier versions do not know.
+std::uint32_t header_crc(CheckpointHeader header);
 /// Precondition: `bytes` come from pack_header.
 CheckpointHeader unpack_header(const std::string& bytes);
 

@@ -60,6 +60,8 @@ std::vector<GlobalIndex> exchange_ids(const Comm& comm, const std::vector<std::v
   return received;
 }
 
+}  // namespace
+
 /// Equal ids meet on one rank in one round. A rank's own are compared first: after that no id comes more than once from a
 /// rank, so that the hash distributes them evenly even if the file is wrong.
 void expect_unique(const Comm& comm, const std::string& what, const std::vector<GlobalIndex>& ids) {
@@ -83,8 +85,6 @@ void expect_unique(const Comm& comm, const std::string& what, const std::vector<
     });
   }
 }
-
-}  // namespace
 
 void ParticleCheck::refuse(const FieldInfo& field, GlobalIndex particle, const std::string& fault) {
   if (fault_.empty()) fault_ = fmt::format("{}: {} of the particle in row {} is {}", what_, field.name, particle, fault);
@@ -111,17 +111,8 @@ void ParticleCheck::look_at(const FieldInfo& field, GlobalIndex first, GlobalInd
   }
 }
 
-void ParticleCheck::keep_ids(GlobalIndex n, const std::byte* rows) {
-  for (GlobalIndex p = 0; p < n; ++p) ids_.push_back(value_at<GlobalIndex>(rows, p));
-}
-
 void ParticleCheck::throw_if_seen() const {
   if (!fault_.empty()) throw RunError(fault_);
-}
-
-void ParticleCheck::throw_if_any(const Comm& comm) {
-  collective_guard(comm, [&] { throw_if_seen(); });
-  expect_unique(comm, what_, ids_);
 }
 
 }  // namespace bulkley

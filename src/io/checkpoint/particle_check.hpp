@@ -18,22 +18,18 @@ class ParticleCheck {
   /// `rows`: `n` rows of a field, of which the first is particle `first` of the file. Not collective.
   void look_at(const FieldInfo& field, GlobalIndex first, GlobalIndex n, const std::byte* rows);
 
-  /// Keeps `n` ids for throw_if_any, 8 bytes each. Not collective.
-  void keep_ids(GlobalIndex n, const std::byte* rows);
-
   /// Throws RunError with the first fault that this rank has seen. Not collective.
   void throw_if_seen() const;
-
-  /// Throws RunError with the first fault that any rank has seen, or naming one of the kept ids that occurs twice.
-  /// Collective.
-  void throw_if_any(const Comm& comm);
 
  private:
   void refuse(const FieldInfo& field, GlobalIndex particle, const std::string& fault);
   std::string what_;
   std::size_t n_materials_;
   std::string fault_;
-  std::vector<GlobalIndex> ids_;
 };
+
+/// Throws RunError, a sentence that begins with `what` and names an id that several of the ranks' particles have, if there is one.
+/// Ids meet by hash on ranks, in rounds of bounded memory, and every rank sends to every other. Collective.
+void expect_unique(const Comm& comm, const std::string& what, const std::vector<GlobalIndex>& ids);
 
 }  // namespace bulkley

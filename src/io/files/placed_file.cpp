@@ -20,6 +20,25 @@ constexpr double free_space_factor = 1.1;
 
 }  // namespace
 
+PlacedReader::PlacedReader(const std::string& path) : path_(path), file_(::open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
+  if (file_ < 0) throw RunError(fmt::format("cannot read '{}': {}", path_, std::strerror(errno)));
+}
+
+PlacedReader::~PlacedReader() { ::close(file_); }
+
+void PlacedReader::read(void* data, GlobalIndex bytes, GlobalIndex place) const {
+  for (GlobalIndex done = 0; done < bytes;) {
+    const ssize_t n =
+        ::pread(file_, static_cast<std::byte*>(data) + done, static_cast<std::size_t>(bytes - done), place + done);
+    if (n > 0)
+      done += n;
+    else if (n == 0)
+      throw RunError(fmt::format("cannot read '{}': it is damaged (it ends at {} bytes)", path_, place + done));
+    else if (errno != EINTR)
+      throw RunError(fmt::format("cannot read '{}': {}", path_, std::strerror(errno)));
+  }
+}
+
 PlacedFile::PlacedFile(const std::string& path) : path_(path), file_(::open(path.c_str(), O_WRONLY | O_CLOEXEC)) {
   if (file_ < 0) fail(errno);
 }

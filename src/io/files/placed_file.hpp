@@ -9,6 +9,22 @@
 
 namespace bulkley {
 
+/// A file open for reading in places. Every member throws RunError. Not collective.
+class PlacedReader {
+ public:
+  explicit PlacedReader(const std::string& path);
+  ~PlacedReader();
+  PlacedReader(const PlacedReader&) = delete;
+  PlacedReader& operator=(const PlacedReader&) = delete;
+
+  /// Reads `bytes` into `data` from `place` (bytes from the beginning) on.
+  void read(void* data, GlobalIndex bytes, GlobalIndex place) const;
+
+ private:
+  const std::string path_;
+  const int file_;
+};
+
 /// A file open for writing in places. Every member throws RunError. Not collective.
 class PlacedFile {
  public:

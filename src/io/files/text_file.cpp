@@ -57,8 +57,8 @@ int write_all(int file, const std::string& text) {
 
 std::string path_in(const std::string& folder, const std::string& name) { return (fs::path(folder) / name).string(); }
 
-void write_text_atomically(const std::string& path, const std::string& text) {
-  const std::string temporary = path + ".tmp";
+void write_text_atomically(const std::string& path, const std::string& text, const std::string& writer) {
+  const std::string temporary = path + writer + ".tmp";
   const int file = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (file < 0) fail("create", temporary, errno);
   int error = write_all(file, text);

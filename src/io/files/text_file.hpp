@@ -10,8 +10,9 @@ namespace bulkley {
 std::string path_in(const std::string& folder, const std::string& name);
 
 /// Writes `text` under a temporary name in the folder of `path`, flushes it to disk and renames it, so that a reader sees
-/// the old file or the new one, never a part. Throws RunError.
-void write_text_atomically(const std::string& path, const std::string& text);
+/// the old file or the new one, never a part. `writer`: a part of the temporary name, for several that may write at once.
+/// Throws RunError.
+void write_text_atomically(const std::string& path, const std::string& text, const std::string& writer = "");
 
 /// The whole file. Throws RunError.
 std::string read_text(const std::string& path);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <limits>
 
 #include <fmt/format.h>
 
@@ -19,6 +20,10 @@ constexpr const char* grid_series = "grid.xdmf";
 constexpr const char* tile_series = "tiles.xdmf";
 constexpr const char* collider_series = "colliders.xdmf";
 constexpr const char* magnetic_series = "magnetic_field.xdmf";
+
+GrowingDocument document(const std::string& folder, const char* file, const std::string& series) {
+  return {path_in(folder, file), xdmf_opening(series), xdmf_closing()};
+}
 
 std::string file_name(GlobalIndex index, const char* suffix) { return fmt::format("{}{:06}{}", prefix, index, suffix); }
 
@@ -120,69 +125,66 @@ FrameInfo read_frame_info(const Comm& comm, const std::string& file) {
   return {integers[0], integers[1], info.time, integers[2]};
 }
 
-FrameSeries::FrameSeries(const Comm& comm, std::string folder, GlobalIndex restart_step) : folder_(std::move(folder)) {
+FrameSeries::FrameSeries(const Comm& comm, std::string folder, GlobalIndex restart_step)
+    : folder_(std::move(folder)),
+      series_{document(folder_, particle_series, "particles"), document(folder_, grid_series, "grid"),
+              document(folder_, tile_series, "tiles"), document(folder_, magnetic_series, "magnetic_field"),
+              document(folder_, collider_series, "colliders")} {
   root_guard(comm, [&] {
     for (const std::string& name : numbered_files(folder_, prefix, ".h5.tmp")) remove_file(path_in(folder_, name));
-    for (const std::string& name : numbered_files(folder_, prefix, ".h5")) {
-      const std::string file = path_in(folder_, name);
-      try {
-        if (restart_step < 0 || checked_info(Hdf5Reader(file)).step > restart_step) {
-          remove_file(sidecar_of(file));
-          remove_file(file);
-        } else {
-          include(file);
-        }
-      } catch (const RunError& error) {
-        warnings_.push_back(fmt::format("frame left out of the series: {}", error.what()));
-      }
-    }
-    write();
+    list(restart_step);
   });
 }
 
 void FrameSeries::add(const Comm& comm, GlobalIndex index) {
   root_guard(comm, [&] {
-    include(frame_path(folder_, index));
-    write();
+    if (index <= last_index_) return list(std::numeric_limits<GlobalIndex>::max());
+    const Moments moments = moments_of(frame_path(folder_, index));
+    for (std::size_t s = 0; s < n_series; ++s)
+      if (moments[s]) series_[s].add(*moments[s]);
+    last_index_ = index;
   });
 }
 
-void FrameSeries::include(const std::string& file) {
+/// The series of all frames in the folder up to a step; removes the others.
+void FrameSeries::list(GlobalIndex last_step) {
+  std::array<std::vector<std::string>, n_series> parts;
+  last_index_ = -1;
+  for (const std::string& name : numbered_files(folder_, prefix, ".h5")) {
+    const std::string file = path_in(folder_, name);
+    try {
+      if (last_step < 0 || checked_info(Hdf5Reader(file)).step > last_step) {
+        remove_file(sidecar_of(file));
+        remove_file(file);
+        continue;
+      }
+      Moments moments = moments_of(file);
+      for (std::size_t s = 0; s < n_series; ++s)
+        if (moments[s]) parts[s].push_back(std::move(*moments[s]));
+      last_index_ = number_in(name, prefix);
+    } catch (const RunError& error) {
+      warnings_.push_back(fmt::format("frame left out of the series: {}", error.what()));
+    }
+  }
+  for (std::size_t s = 0; s < n_series; ++s) series_[s].begin(parts[s]);
+}
+
+/// What a frame adds to each series.
+FrameSeries::Moments FrameSeries::moments_of(const std::string& file) {
   const Hdf5Reader reader(file);
-  const FrameInfo info = checked_info(reader);
-  const auto is_this = [name = std::filesystem::path(file).filename().string()](const auto& other) {
-    return other.file == name;
-  };
-  std::erase_if(particles_, is_this);  // written again: the new one counts
-  std::erase_if(grids_, is_this);
-  std::erase_if(tiles_, is_this);
-  std::erase_if(magnetic_fields_, is_this);
-  std::erase_if(colliders_, is_this);
-  if (info.n_particles > 0) particles_.push_back(xdmf_particles(reader));
-  if (reader.has("/grid")) grids_.push_back(xdmf_grid(reader));
-  if (reader.has("/tiles")) tiles_.push_back(xdmf_tiles(reader));
-  if (reader.has("/magnetic_field")) magnetic_fields_.push_back(xdmf_magnetic_field(reader));
+  Moments moments;
+  if (checked_info(reader).n_particles > 0) moments[0] = xdmf_moment(xdmf_particles(reader));
+  if (reader.has("/grid")) moments[1] = xdmf_moment(xdmf_grid(reader));
+  if (reader.has("/tiles")) moments[2] = xdmf_moment(xdmf_tiles(reader));
+  if (reader.has("/magnetic_field")) moments[3] = xdmf_moment(xdmf_magnetic_field(reader));
   const std::string mesh = path_in(folder_, collider_file);
-  if (!reader.has("/colliders") || !std::filesystem::exists(mesh)) return;
+  if (!reader.has("/colliders") || !std::filesystem::exists(mesh)) return moments;
   try {
-    colliders_.push_back(xdmf_colliders(reader, Hdf5Reader(mesh)));
+    moments[4] = xdmf_moment(xdmf_colliders(reader, Hdf5Reader(mesh)));
   } catch (const RunError& error) {
     warnings_.push_back(fmt::format("colliders left out of the series: {}", error.what()));
   }
-}
-
-void FrameSeries::write() const {
-  const auto write_series = [&](const char* name, const auto& series) {
-    if (series.empty())
-      remove_file(path_in(folder_, name));  // a series of nothing cannot be opened
-    else
-      write_text_atomically(path_in(folder_, name), xdmf_series(series));
-  };
-  write_series(particle_series, particles_);
-  write_series(grid_series, grids_);
-  write_series(tile_series, tiles_);
-  write_series(magnetic_series, magnetic_fields_);
-  write_series(collider_series, colliders_);
+  return moments;
 }
 
 }  // namespace bulkley

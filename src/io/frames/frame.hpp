@@ -6,6 +6,7 @@
 // magnetic_field.xdmf and colliders.xdmf. Frames are for looking at: float32 by default, and never read
 // back by a run.
 
+#include <array>
 #include <optional>
 #include <span>
 #include <string>
@@ -15,6 +16,7 @@
 #include "grid/box_fields.hpp"
 #include "grid/node_pool.hpp"
 #include "grid/tile_map.hpp"
+#include "io/files/growing_document.hpp"
 #include "io/frames/collider_surfaces.hpp"
 #include "io/frames/xdmf.hpp"
 #include "material/material.hpp"
@@ -73,30 +75,31 @@ GlobalIndex frame_bytes(const OutputSettings& settings, const OptionalFields& fi
 /// Throws RunError. Collective.
 FrameInfo read_frame_info(const Comm& comm, const std::string& file);
 
-/// The time series of a run's frames. The root keeps the lists; their files are rewritten whole and renamed. Colliders are
-/// listed if colliders.h5 is there.
+/// The time series of a run's frames, written by the root. A frame adds its moment to the files (growing_document.hpp), however
+/// many there are. Colliders are listed if colliders.h5 is there.
 class FrameSeries {
  public:
   /// `restart_step`: frames up to this step stay in the series; later ones, which belong to the time that is now run again,
   /// are removed. -1 for a fresh start. Collective.
   FrameSeries(const Comm& comm, std::string folder, GlobalIndex restart_step);
 
-  /// Adds a frame that write_frame has written; one without particles is left out. Collective.
+  /// Adds a frame that write_frame has written; one without particles is left out. One that was added before, or comes before
+  /// the last, makes the series be listed anew. Collective.
   void add(const Comm& comm, GlobalIndex index);
 
   /// Sentences about frames that could not be read and are left out; on the root.
   const std::vector<std::string>& warnings() const { return warnings_; }
 
  private:
-  void include(const std::string& file);
-  void write() const;
+  static constexpr std::size_t n_series = 5;  ///< particles, grid, tiles, magnetic field, colliders
+  using Moments = std::array<std::optional<std::string>, n_series>;
+
+  Moments moments_of(const std::string& file);
+  void list(GlobalIndex last_step);
 
   std::string folder_;
-  std::vector<XdmfParticles> particles_;
-  std::vector<XdmfGrid> grids_;
-  std::vector<XdmfGrid> tiles_;
-  std::vector<XdmfGrid> magnetic_fields_;
-  std::vector<XdmfSurface> colliders_;
+  std::array<GrowingDocument, n_series> series_;
+  GlobalIndex last_index_ = -1;
   std::vector<std::string> warnings_;
 };
 

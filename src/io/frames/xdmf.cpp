@@ -77,7 +77,20 @@ std::string unstructured(const char* name, double time, const std::string& topol
                      name, time, topology, connectivity, positions, attributes);
 }
 
-std::string moment(const XdmfParticles& particles) {
+}  // namespace
+
+std::string xdmf_opening(const std::string& series) {
+  return fmt::format(R"(<?xml version="1.0" ?>
+<Xdmf Version="3.0">
+  <Domain>
+    <Grid Name="{}" GridType="Collection" CollectionType="Temporal">
+)",
+                     series);
+}
+
+std::string xdmf_closing() { return "    </Grid>\n  </Domain>\n</Xdmf>\n"; }
+
+std::string xdmf_moment(const XdmfParticles& particles) {
   return unstructured(
       "particles", particles.time,
       fmt::format(R"(TopologyType="Polyvertex" NumberOfElements="{}" NodesPerElement="1")", particles.position.shape[0]),
@@ -85,7 +98,7 @@ std::string moment(const XdmfParticles& particles) {
       attributes(particles.file, particles.fields, 1, XdmfCenter::node));
 }
 
-std::string moment(const XdmfGrid& grid) {
+std::string xdmf_moment(const XdmfGrid& grid) {
   return fmt::format(R"(      <Grid Name="{}" GridType="Uniform">
         <Time Value="{}"/>
         <Topology TopologyType="3DCoRectMesh" Dimensions="{}"/>
@@ -99,27 +112,12 @@ std::string moment(const XdmfGrid& grid) {
                      grid.cell_size, grid.cell_size, grid.cell_size, attributes(grid.file, grid.fields, 3, grid.center));
 }
 
-std::string moment(const XdmfSurface& surface) {
+std::string xdmf_moment(const XdmfSurface& surface) {
   return unstructured("colliders", surface.time,
                       fmt::format(R"(TopologyType="Triangle" NumberOfElements="{}")", surface.triangles.shape[0]),
                       data_item(surface.mesh_file, surface.triangles), data_item(surface.vertex_file, surface.vertices),
                       attributes(surface.mesh_file, surface.fields, 1, XdmfCenter::cell));
 }
-
-template <class Moment>
-std::string series_document(const std::string& name, std::span<const Moment> series) {
-  std::string text = "<?xml version=\"1.0\" ?>\n<Xdmf Version=\"3.0\">\n  <Domain>\n";
-  text += fmt::format("    <Grid Name=\"{}\" GridType=\"Collection\" CollectionType=\"Temporal\">\n", name);
-  for (const Moment& one : series) text += moment(one);
-  text += "    </Grid>\n  </Domain>\n</Xdmf>\n";
-  return text;
-}
-
-}  // namespace
-
-std::string xdmf_series(std::span<const XdmfParticles> series) { return series_document("particles", series); }
-std::string xdmf_series(std::span<const XdmfGrid> series) { return series_document(series.front().name, series); }
-std::string xdmf_series(std::span<const XdmfSurface> series) { return series_document("colliders", series); }
 
 namespace {
 
@@ -170,9 +168,8 @@ XdmfGrid xdmf_tiles(const Hdf5Reader& file) {
 XdmfSurface xdmf_colliders(const Hdf5Reader& frame, const Hdf5Reader& mesh) {
   const bool moved = frame.has("/colliders/vertices");
   XdmfSurface surface;
-  surface.file = name_of(frame);
   surface.mesh_file = name_of(mesh);
-  surface.vertex_file = moved ? surface.file : surface.mesh_file;
+  surface.vertex_file = moved ? name_of(frame) : surface.mesh_file;
   surface.time = frame.real("/", "time");
   surface.vertices = (moved ? frame : mesh).array("/colliders/vertices");
   surface.triangles = mesh.array("/colliders/triangles");
@@ -189,7 +186,8 @@ void write_sidecar(const std::string& file, GlobalIndex n_particles) {
   if (n_particles == 0)
     remove_file(sidecar_of(file));
   else
-    write_text_atomically(sidecar_of(file), xdmf_series(std::vector{xdmf_particles(Hdf5Reader(file))}));
+    write_text_atomically(sidecar_of(file),
+                          xdmf_opening("particles") + xdmf_moment(xdmf_particles(Hdf5Reader(file))) + xdmf_closing());
 }
 
 }  // namespace bulkley

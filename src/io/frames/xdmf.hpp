@@ -4,7 +4,6 @@
 // What both of ParaView's readers understand is narrow: an explicit connectivity, or there is nothing to draw; integers no
 // wider than int64; tensors with nine components; origin and spacing of a grid in the order z y x; relative file names.
 
-#include <span>
 #include <string>
 #include <vector>
 
@@ -42,7 +41,6 @@ struct XdmfGrid {
 
 /// Triangles at one time. `triangles` and `fields`, of the triangles, may lie in another file than `vertices`.
 struct XdmfSurface {
-  std::string file;       ///< of the moment
   std::string mesh_file;  ///< of `triangles` and `fields`
   std::string vertex_file;
   double time = 0.0;
@@ -51,11 +49,13 @@ struct XdmfSurface {
   std::vector<XdmfField> fields;
 };
 
-/// A series of moments, at least one, by ascending time. Also for a single moment: outside a series one of the readers drops
-/// its time. Grids bear one name.
-std::string xdmf_series(std::span<const XdmfParticles> series);
-std::string xdmf_series(std::span<const XdmfGrid> series);
-std::string xdmf_series(std::span<const XdmfSurface> series);
+/// A series of moments, by ascending time, is an opening, the moments one after the other, and a closing. Also a single moment:
+/// outside a series one of the readers drops its time.
+std::string xdmf_opening(const std::string& series);
+std::string xdmf_closing();
+std::string xdmf_moment(const XdmfParticles& particles);
+std::string xdmf_moment(const XdmfGrid& grid);
+std::string xdmf_moment(const XdmfSurface& surface);
 
 /// Describes /particles of a file as it is on disk; `time` from its header. Throws RunError.
 XdmfParticles xdmf_particles(const Hdf5Reader& file);

@@ -81,14 +81,15 @@ void write_status_alone(const std::string& folder, const Status& status) {
   write_text_atomically(path_in(folder, "status.json"), json_text(status_json(status)) + "\n");
 }
 
-void mark_unresponsive_alone(const std::string& folder, const std::string& reason) {
+void mark_unresponsive_alone(const std::string& folder, const std::string& reason, int rank) {
   const std::string path = path_in(folder, "status.json");
   Json status = Json::parse(read_text(path), nullptr, false);
   if (!status.is_object()) throw RunError(fmt::format("{} is not a status", path));
+  if (status.value("unresponsive", false)) return;
   status["state"] = name(RunState::failed);
   status["reason"] = reason;
   status["unresponsive"] = true;
-  write_text_atomically(path, json_text(status) + "\n");
+  write_text_atomically(path, json_text(status) + "\n", fmt::format(".{}", rank));
 }
 
 void write_status(const Comm& comm, const std::string& folder, const Status& status) {

@@ -66,9 +66,9 @@ void write_status(const Comm& comm, const std::string& folder, const Status& sta
 void write_status_alone(const std::string& folder, const Status& status);
 
 /// Turns the status.json of `folder` into that of a run that failed because a rank or the machine did not answer: state
-/// "failed", `reason`, and "unresponsive": true, from which job scripts know that it can go on from its checkpoint. By one
-/// process alone. Throws RunError. Not collective.
-void mark_unresponsive_alone(const std::string& folder, const std::string& reason);
+/// "failed", `reason`, and "unresponsive": true, from which job scripts know that it can go on from its checkpoint;
+/// nothing if it is that already. By `rank` alone; others may do so at once. Throws RunError. Not collective.
+void mark_unresponsive_alone(const std::string& folder, const std::string& reason, int rank);
 
 /// Largest memory that this process has occupied so far, bytes. Not collective.
 std::size_t peak_resident_bytes();

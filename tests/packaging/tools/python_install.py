@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""The Python package installs with pip into an environment of its own, without a network. Exit code 77: cannot be tried."""
+"""The Python package installs with pip into an environment of its own, without a network, and makes runs there. Exit code 77: cannot be tried."""
 
 import importlib.util
+import os
 import pathlib
 import shutil
 import subprocess
@@ -13,7 +14,7 @@ from bulkley_program import fail, parse_arguments, start  # noqa: E402
 
 
 def main():
-    _, work = start(parse_arguments(__doc__))
+    program, work = start(parse_arguments(__doc__))
     missing = [name for name in ("venv", "ensurepip", "pip", "setuptools") if importlib.util.find_spec(name) is None]
     if missing:
         print(f"skipped: this Python has no {', '.join(missing)}")
@@ -39,6 +40,14 @@ def main():
                               cwd=work).stdout
         if "output folder of a run" not in said:
             fail(f"{tool} does not know the tool `measure`: {said}")
+    # It finds the program by BULKLEY, and the scripts next to that: a run, and a job script.
+    script = ("import bulkley; from small_scene import small_scene; s = small_scene(); print(bulkley.run(s, max_steps=3).status['step'], "
+              "bulkley.study(s, {'title': ['x']}, slurm={}).script)")
+    said = subprocess.run([str(python), "-c", script], capture_output=True, text=True, check=False, cwd=work,
+                          env={**os.environ, "BULKLEY": str(pathlib.Path(program.path).resolve()),
+                               "PYTHONPATH": str(ROOT / "tests/support")})
+    if said.stdout.split() != ["3", "out/study/study.sh"]:
+        fail(f"the installed package makes no run or job script: {said.stdout}{said.stderr}")
 
 
 if __name__ == "__main__":

@@ -23,7 +23,7 @@ PACKAGE = ROOT / "drivers/python"
 sys.path.insert(0, str(PACKAGE))
 import bulkley  # noqa: E402
 from bulkley.report_curves import ThinnedCurve  # noqa: E402
-from bulkley.run import EndedRun  # noqa: E402
+from bulkley.run_folder import EndedRun  # noqa: E402
 
 
 def same(found, wanted, what):

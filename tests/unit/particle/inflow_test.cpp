@@ -72,9 +72,11 @@ TEST(Feed, HasLayersOfTheRightVolume) {
   EXPECT_DOUBLE_EQ(n * feed.particle_volume(), area(DiscSection{0.03}) * 0.005);
   for (const Feed::Point& point : feed.points()) EXPECT_LE(point.offset.norm(), 0.03);
   for (const double t : {0.0, 0.013, 0.1, 0.37}) {
-    const double entered = static_cast<double>(feed.n_released(t)) * n * feed.particle_volume();
-    EXPECT_LE(std::abs(entered - feed.entered_volume(t)), 0.5 * n * feed.particle_volume() * (1.0 + 1e-12));
-    EXPECT_EQ(feed.n_born(t) - feed.n_released(t), 6);  // three cells, two layers each
+    const auto n_released = static_cast<double>(feed.n_particles(feed.released(t)));
+    EXPECT_LE(std::abs(n_released * feed.particle_volume() - feed.entered_volume(t)),
+              0.5 * n * feed.particle_volume() * (1.0 + 1e-12));
+    for (const Feed::Point& point : feed.points())  // three cells, two layers each
+      EXPECT_EQ(feed.n_layers(feed.born(t), point) - feed.n_layers(feed.released(t), point), 6);
   }
 }
 
@@ -85,9 +87,9 @@ TEST(Feed, PlacesLayersByTimeAlone) {
   EXPECT_EQ(feed.layer_of(id), 3);
   EXPECT_EQ(&feed.point_of(id), &feed.points().back());
   const NozzleState nozzle = feed.at(0.1);
-  EXPECT_DOUBLE_EQ(feed.distance(nozzle, 3), 0.05 - 2.5 * 0.005);
+  EXPECT_DOUBLE_EQ(feed.distance(nozzle, 3, feed.points().back()), 0.05 - 2.5 * 0.005);
   EXPECT_DOUBLE_EQ(feed.position(nozzle, 3, feed.points().back())[2], 0.15 - 0.0375);
-  const Vec3 velocity = feed.velocity(nozzle, Vec3::Zero());
+  const Vec3 velocity = feed.velocity(nozzle, Vec3::Zero(), 1.0);
   EXPECT_EQ(velocity.head<2>().norm(), 0.0);
   EXPECT_DOUBLE_EQ(velocity[2], -0.5);  // the volume over the area: rounded twice
 }
@@ -148,7 +150,9 @@ TEST(Feed, RefusesShapesWithoutASection) {
 TEST(Feed, IsStretchedAboutItsExit) {
   const Feed feed(grid(), jet(), 0, 1.0);
   const NozzleState plain = feed.at(0.1), stretched = feed.at(0.1, 0.9);
-  for (const GlobalIndex k : {1, 10, 13}) EXPECT_DOUBLE_EQ(feed.distance(stretched, k), 0.9 * feed.distance(plain, k));
+  const Feed::Point& point = feed.points().front();
+  for (const GlobalIndex k : {1, 10, 13})
+    EXPECT_DOUBLE_EQ(feed.distance(stretched, k, point), 0.9 * feed.distance(plain, k, point));
   EXPECT_DOUBLE_EQ(stretched.speed, 0.9 * plain.speed);
 }
 

@@ -104,6 +104,22 @@ class Run:
         """Those that are there now, the newest last."""
         return Series([Checkpoint(path) for path in self._numbered("checkpoint_")])
 
+    def plot(self, columns: str | Sequence[str] | None = None):
+        """Columns of the history over time, as matplotlib axes; by default all that `bulkley report` draws, as a figure.
+        Raises DataError."""
+        from bulkley import plot
+        return plot.plot_sheets(self.folder) if columns is None else plot.plot_history(self.history, columns)
+
+    def movie(self, path: str | os.PathLike | None = None, **settings) -> pathlib.Path:
+        """A film of the frames, movie.gif in the folder by default; its path. `settings`: as of `bulkley.movie.movie`."""
+        from bulkley.movie import movie
+        return movie(self, self.folder / "movie.gif" if path is None else path, **settings)
+
+    def view(self, **settings):
+        """The frames in space, to be turned with the pointer. `settings`: as of `bulkley.view`."""
+        from bulkley.viewing import view
+        return view(self.frames, **settings)
+
     def _numbered(self, prefix: str) -> list[pathlib.Path]:
         found = [path for path in self.folder.glob(f"{prefix}*.h5") if path.stem[len(prefix):].isdigit()]
         return sorted(found, key=lambda path: int(path.stem[len(prefix):]))
