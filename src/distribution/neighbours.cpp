@@ -27,8 +27,8 @@ void receive_introductions(const Comm& comm, std::vector<int>& from) {
 
 bool Neighbours::has(int rank) const { return std::binary_search(ranks_.begin(), ranks_.end(), rank); }
 
-// A synchronous send ends when it is received, the barrier when all of them have. A rank that is ahead may send those of its next
-// call already: they make neighbours now instead of then.
+// A synchronous send ends when it is received, and the barrier ends when all of them have. A second one keeps a rank that is ahead
+// from sending the introductions of its next call to one that still receives those of this.
 void Neighbours::introduce(std::span<const int> others) {
   std::vector<int> found(others.begin(), others.end());
   std::erase_if(found, [&](int rank) { return rank == comm_->rank() || has(rank); });
@@ -53,6 +53,7 @@ void Neighbours::introduce(std::span<const int> others) {
     }
     if (!done) std::this_thread::yield();
   }
+  BULKLEY_MPI(MPI_Barrier(comm_->get()));
   ranks_.insert(ranks_.end(), found.begin(), found.end());
   std::sort(ranks_.begin(), ranks_.end());
   ranks_.erase(std::unique(ranks_.begin(), ranks_.end()), ranks_.end());
