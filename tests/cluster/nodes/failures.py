@@ -15,6 +15,7 @@ TIMEOUT = 4  # s, for a step and for a write
 SAVED, MORE, LAST = 60, 20, 480  # steps between checkpoints; after the restart; of the run that is not disturbed
 SENTENCE = re.compile(r"(?=.*rank (\d) of 4)(?=.*in the phase \w+|.*writing '\S+')(?=.*the last good checkpoint is \S+/checkpoint_\d+\.h5$)"
                       r"(?=.*longer than \S+ s \((?:time\.step_timeout|checkpoint\.timeout)\)|.*was told to end, and cannot)")
+WITHOUT_FRAMES = "output.frame_interval=0"  # of all runs, or of none: steps shorten to end at the times of frames
 # mpirun's daemons find a link dead sooner than a step's limit, or later.
 SOONER = {"time": 1, "intvl": 1, "probes": 1}
 LATER = {"time": 2, "intvl": 2, "probes": 2}
@@ -24,12 +25,12 @@ PATIENCE = 30.0  # s, until the last process has ended, on a busy machine
 class Trials:
     def __init__(self, program, work, group):
         self.work, self.group, self.runs = work, group, Runs(program, work, group)
-        self.runs.run([1], "whole", LAST, f"checkpoint.steps={MORE}", f"checkpoint.keep={LAST}")
+        self.runs.run([1], "whole", LAST, f"checkpoint.steps={MORE}", f"checkpoint.keep={LAST}", WITHOUT_FRAMES)
 
     def begin(self, name, keepalive):
         """A run on two hosts, two ranks each, some steps after a checkpoint."""
         settings = [f"checkpoint.steps={SAVED}", "checkpoint.keep=2", f"checkpoint.timeout={TIMEOUT}", f"time.step_timeout={TIMEOUT}",
-                    "output.frame_interval=0"]
+                    WITHOUT_FRAMES]
         arguments = ["run", str(SCENE), "--out", name, *(word for each in settings for word in ("--set", each))]
         launcher = [word for key, value in keepalive.items() for word in ("--mca", f"oob_tcp_keepalive_{key}", str(value))]
         log = open(self.work / f"{name}.log", "w", encoding="utf-8")
@@ -74,7 +75,7 @@ class Trials:
         for host in self.group:
             host.restore()
         newest = max(int(path.stem.split("_")[1]) for path in (self.work / name).glob("checkpoint_*.h5"))
-        self.runs.run([1, 1, 1], name, newest + MORE, "--restart")
+        self.runs.run([1, 1, 1], name, newest + MORE, "--restart", WITHOUT_FRAMES)
         self.runs.expect_same(name, newest + MORE, "whole")
 
     # --- what happens to the second host, or to the first, where mpirun and the root are ---------------------------------
