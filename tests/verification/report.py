@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Makes docs/verification.md from the results that the long versions of the verification cases leave in
-build/verification."""
+build/verification. A case that has not been run anew keeps its part of the page."""
 
 import argparse
 import json
@@ -67,27 +67,38 @@ def section(result):
     return lines
 
 
-def page(results):
-    """The page of `results`, a list of what study.py's `finish` wrote."""
+def part(result):
+    """What the page says of a case, of what study.py's `finish` wrote: the lines of its table, and those of its section."""
+    if not result["quantities"]:
+        raise Broken(f"{result['name']} compares nothing")
+    return [row(result["title"], quantity) for quantity in result["quantities"]], section(result)
+
+
+def parts_of(text):
+    """The parts of the page `text`, by case."""
+    table = [line for line in text.splitlines() if line.startswith("| ")]
+    parts = {}
+    for piece in text.split(MARK)[1:]:
+        lines = (MARK + piece).rstrip().splitlines()
+        title = lines[1].removeprefix("## ")
+        parts[listed(lines[0])[0]] = [line for line in table if line.startswith(f"| {title} | ")], lines + [""]
+    return parts
+
+
+def page(parts):
     lines = [INTRODUCTION, "| Case | Quantity | Error | Order (least) | At most | |", "|---|---|---|---|---|---|"]
-    for result in results:
-        if not result["quantities"]:
-            raise Broken(f"{result['name']} compares nothing")
-        lines += [row(result["title"], quantity) for quantity in result["quantities"]]
+    for rows, _ in parts:
+        lines += rows
     lines.append("")
-    for result in results:
-        lines += section(result)
+    for _, text in parts:
+        lines += text
     return "\n".join(lines).rstrip() + "\n"
 
 
 def load(folder, names):
-    results = []
-    for name in names:
-        file = folder / f"{name}.json"
-        if not file.exists():
-            raise Broken(f"{file} is missing: run the long version of the case first")
-        results.append(json.loads(file.read_text(encoding="utf-8")))
-    return results
+    """The results of those of the cases `names` that have been run, by name."""
+    files = {name: folder / f"{name}.json" for name in names}
+    return {name: json.loads(file.read_text(encoding="utf-8")) for name, file in files.items() if file.exists()}
 
 
 def case_names(cases):
@@ -100,13 +111,15 @@ def listed(text):
     return [line[len(MARK):].removesuffix(" -->") for line in text.splitlines() if line.startswith(MARK)]
 
 
-def copy_plots(results, source, target):
-    """The plots of the page, and no others."""
-    shutil.rmtree(target, ignore_errors=True)
-    target.mkdir(parents=True)
+def copy_plots(results, source, target, text):
+    """The plots of the page `text`, and no others: those of `results` anew."""
+    target.mkdir(parents=True, exist_ok=True)
     for result in results:
         for plot in result["plots"]:
             shutil.copyfile(source / plot["file"], target / plot["file"])
+    for file in target.iterdir():
+        if f"(pictures/verification/{file.name})" not in text:
+            file.unlink()
 
 
 def main():
@@ -116,13 +129,20 @@ def main():
     parser.add_argument("--cases", type=pathlib.Path, default=root / "tests/verification/cases")
     parser.add_argument("--docs", type=pathlib.Path, default=root / "docs")
     arguments = parser.parse_args()
+    target = arguments.docs / "verification.md"
+    names = case_names(arguments.cases)
     try:
-        results = load(arguments.results, case_names(arguments.cases))
-        text = page(results)
+        results = load(arguments.results, names)
+        parts = parts_of(target.read_text(encoding="utf-8")) if target.exists() else {}
+        parts.update({name: part(result) for name, result in results.items()})
+        for name in names:
+            if name not in parts:
+                raise Broken(f"{arguments.results / name}.json is missing: run the long version of the case first")
+        text = page([parts[name] for name in names])
     except Broken as reason:
         sys.exit(f"report.py: {reason}")
-    copy_plots(results, arguments.results, arguments.docs / "pictures/verification")
-    (arguments.docs / "verification.md").write_text(text, encoding="utf-8")
+    copy_plots(results.values(), arguments.results, arguments.docs / "pictures/verification", text)
+    target.write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -25,14 +25,18 @@ def made_up(name, **more):
             "remarks": ["It is small."], "plots": [{"file": f"{name}.png", "caption": "A plot."}], **more}
 
 
+def page(*results):
+    return report.page([report.part(result) for result in results])
+
+
 class Page(unittest.TestCase):
     def test_rows_state_error_order_gate_and_outcome(self):
-        text = report.page([made_up("apple")])
+        text = page(made_up("apple"))
         self.assertIn("| Apple | height | 4: 0.04, 8: 0.01 | 2.00 (1.5) | 0.02 | passed |", text)
         self.assertIn("| Apple | speed | 0.25 |  | 0.1 | **FAILED** |", text)
 
     def test_sections_state_truth_values_notes_remarks_and_plots(self):
-        text = report.page([made_up("apple")])
+        text = page(made_up("apple"))
         for piece in ("Truth: made up.", "speed: 2.5 against 2 m/s.", "speed: coarse only.", "It is small.",
                       "![A plot.](pictures/verification/apple.png)", "do not edit"):
             self.assertIn(piece, text)
@@ -40,14 +44,14 @@ class Page(unittest.TestCase):
     def test_units_of_absolute_errors_are_printed(self):
         result = made_up("apple")
         result["quantities"][0].update(unit="mm")
-        self.assertIn("| 4: 0.04 mm, 8: 0.01 mm | 2.00 (1.5) | 0.02 mm |", report.page([result]))
+        self.assertIn("| 4: 0.04 mm, 8: 0.01 mm | 2.00 (1.5) | 0.02 mm |", page(result))
 
     def test_a_case_that_compares_nothing_is_refused(self):
         with self.assertRaises(report.Broken):
-            report.page([made_up("apple", quantities=[])])
+            page(made_up("apple", quantities=[]))
 
     def test_the_listed_cases_are_those_of_the_page(self):
-        self.assertEqual(report.listed(report.page([made_up("apple"), made_up("pear")])), ["apple", "pear"])
+        self.assertEqual(report.listed(page(made_up("apple"), made_up("pear"))), ["apple", "pear"])
 
 
 class Script(unittest.TestCase):
@@ -72,6 +76,20 @@ class Script(unittest.TestCase):
             self.assertEqual(report.listed((folder / "docs/verification.md").read_text()), ["apple", "pear"])
             pictures = sorted(file.name for file in (folder / "docs/pictures/verification").iterdir())
             self.assertEqual(pictures, ["apple.png", "pear.png"])
+
+    def test_a_case_that_was_not_run_anew_keeps_its_part(self):
+        with tempfile.TemporaryDirectory() as name:
+            folder = pathlib.Path(name)
+            self.run_report(folder, ["apple", "pear"], ["apple", "pear"])
+            before = (folder / "docs/verification.md").read_text()
+            (folder / "results/pear.json").unlink()
+            (folder / "results/apple.json").write_text(json.dumps(made_up("apple", remarks=["It is large."])))
+            command = [sys.executable, FOLDER / "report.py", "--results", folder / "results", "--cases", folder / "cases", "--docs", folder / "docs"]
+            subprocess.run(command, check=True)
+            after = (folder / "docs/verification.md").read_text()
+            pear = before.index("<!-- generated: case pear")
+            self.assertEqual(after, before[:pear].replace("It is small.", "It is large.") + before[pear:])
+            self.assertTrue((folder / "docs/pictures/verification/pear.png").exists())
 
     def test_a_case_without_results_is_named(self):
         with tempfile.TemporaryDirectory() as name:
