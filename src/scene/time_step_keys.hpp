@@ -126,7 +126,7 @@ inline const config::Keys<TimeStepSettings>& keys(config::Of<TimeStepSettings>) 
                {.about = "Largest part of a cell that a particle may cross in a step.", .range = config::above_to(0.0, 0.5)})
           .key("elastic_cfl", &S::elastic_cfl,
                {.about = "Largest part of a cell that an elastic wave may cross in a step.",
-                .range = config::above_to(0.0, 1.0)})
+                .range = config::above_to(0.0, 1.1)})
           .key("viscous_cfl", &S::viscous_cfl,
                {.about = "Time step over dx^2 / (6 nu), nu the kinematic viscosity of the most viscous material with a "
                          "Newtonian stress.",
