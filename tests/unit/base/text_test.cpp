@@ -25,7 +25,7 @@ TEST(Text, AShellReadsOneWord) {
 TEST(Text, StringsOfToml) { EXPECT_EQ(toml_string("a \"b\\\n\t\x01\x7f"), R"("a \"b\\\n\t\u0001\u007F")"); }
 
 TEST(Text, ExcerptsCanBePrinted) {
-  EXPECT_EQ(excerpt("a\n\xff"), "'a??'");
+  EXPECT_EQ(excerpt("a\n\xff"), "'a?" "?'");
   EXPECT_EQ(excerpt(std::string(50, 'x')), "'" + std::string(40, 'x') + "'");
 }
 

@@ -137,7 +137,9 @@ TEST(FeedWithAProfile, EntersAtTheRightRate) {
       const double entered = static_cast<double>(feed.n_particles(feed.released(t))) * feed.particle_volume();
       ASSERT_GE(entered, entered_before);
       ASSERT_LE(std::abs(entered - feed.entered_volume(t)), 0.17 * layer) << radius << ", " << t;
-      if (t > 1.7) ASSERT_NEAR(entered / feed.entered_volume(t), 1.0, 1e-3) << radius << ", " << t;
+      if (t > 1.7) {
+        ASSERT_NEAR(entered / feed.entered_volume(t), 1.0, 1e-3) << radius << ", " << t;
+      }
       entered_before = entered;
     }
   }
