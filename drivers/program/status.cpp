@@ -40,7 +40,7 @@ std::string text_of(const std::vector<RunView>& views, bool as_json) {
   return json_text(list) + "\n";
 }
 
-// What is said of a run that has the state running and has given no sign for too long; empty for all others.
+// What is said of a run that has the state running and has written nothing for too long; empty for all others.
 std::string lost_text(const RunView& view, std::optional<double> patience) {
   const RunFolder& run = view.run;
   if (!run.running()) return {};
@@ -50,11 +50,11 @@ std::string lost_text(const RunView& view, std::optional<double> patience) {
   const bool never = limit == 0.0 && (patience || states_it);
   if (never || run.age <= limit) return {};
   const char* const of = patience ? " (--patience)" : states_it ? " (longest_silence in its status.json)" : "";
-  return fmt::format("{}: has given no sign for {}{}: it hangs or was killed, and is watched no longer", run.path,
+  return fmt::format("{}: has written nothing for {}{}: it hangs or was killed, and is watched no longer", run.path,
                      span_text(run.age), limit > 0.0 ? fmt::format(", more than {}{}", span_text(limit), of) : "");
 }
 
-// Until no run has the state running, or those that have it have given no sign for too long: a killed run still has it. Throws
+// Until no run has the state running, or those that have it have written nothing for too long: a killed run still has it. Throws
 // RunError then.
 void watch(const StatusArguments& a, double interval, std::optional<double> patience) {
   const bool on_terminal = ::isatty(STDOUT_FILENO) == 1;
@@ -94,7 +94,7 @@ Command add_status(CLI::App& app) {
           ->expected(0, 1);
   app.add_option(
          "--patience", a->patience,
-         "with --watch: end, exit code 3, once a run has given no sign for this long; 0: never (default: what each run "
+         "with --watch: end, exit code 3, once a run has written nothing for this long; 0: never (default: what each run "
          "states in its status.json)")
       ->type_name("TIME");
   app.add_flag("--json", a->json, "numbers in SI units, for programs");

@@ -246,7 +246,7 @@ class Monitor:
         self.ask("status", "torn")
 
     def watched_in_vain(self):
-        """--watch ends where a run gives no sign, by what the run or the user has stated; it goes on where neither bounds it."""
+        """--watch ends where a run writes nothing, by what the run or the user has stated; it goes on where neither bounds it."""
         folder = self.work / "lost"
         shutil.copytree(self.work / "finished", folder)
         status = json.loads((folder / "status.json").read_text(encoding="utf-8"))
@@ -267,7 +267,7 @@ class Monitor:
                 expect(code is None, f"lost: {age} s silent, {bound}, {options}: watched on: {text}")
                 return
             expect(process.returncode == code, f"lost: {age} s silent, {bound}, {options}: {process.returncode}: {text}")
-            expect(text.count("lost: has given no sign for") == 1 and "watched no longer" in text, f"lost: {text}")
+            expect(text.count("lost: has written nothing for") == 1 and "watched no longer" in text, f"lost: {text}")
 
         watch(3600, None)
         watch(300, None, code=None)
