@@ -148,9 +148,7 @@ begin_part() {
     give_up 1 "job $earlier is running in $folder: two at once would corrupt it"
   fi
   start_step="$(status_step)"
-  # One that failed before its first step holds nothing: its scene may be another by now.
-  if (($(n_parts) > 0)) && [[ "$(status_value state)" == failed && "$(status_value failed_in_set_up)" != true ]] && ! is_unresponsive
-  then
+  if (($(n_parts) > 0)) && [[ "$(status_value state)" == failed ]] && ! is_unresponsive; then
     give_up 3 "the run in $folder has failed: $(status_value reason)"
   fi
   expect_progress "$start_step"
