@@ -1,18 +1,19 @@
 #!/usr/bin/env bash
 # Makes the source archive of a release, bulkley-VERSION.tar.gz and its SHA-256. The same commit gives the same bytes.
 #
-#   cluster/release.sh [--snapshot] [--check] [FOLDER]      FOLDER: where to, default: out
+#   cluster/release.sh [--snapshot] [--check[=TIER,TIER]] [FOLDER]      FOLDER: where to, default: out
 #
 # --snapshot: of any commit, named by it: needs no heading in CHANGELOG.md, and ignores changes that are not committed.
-# --check: unpacks the archive elsewhere, builds it and runs all of its tests there, as its user would.
+# --check: unpacks the archive elsewhere, builds it and runs all of its tests there, as its user would; or those of some tiers.
 set -euo pipefail
 
 root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
-snapshot=false check=false folder="$root/out"
+snapshot=false check=false tiers=all folder="$root/out"
 for argument in "$@"; do
   case "$argument" in
     --snapshot) snapshot=true ;;
     --check) check=true ;;
+    --check=?*) check=true tiers="${argument#--check=}" ;;
     -*) echo "release.sh: '$argument' is none of --snapshot, --check" >&2; exit 2 ;;
     *) folder="$argument" ;;
   esac
@@ -47,5 +48,6 @@ $check || exit 0
 work="$(mktemp -d)"
 trap 'rm -rf "$work"' EXIT
 tar --extract --gzip --file "$archive" --directory "$work"
-"$work/$name/cluster/test.sh" all
-echo "$archive: builds, and its tests pass"
+read -ra tiers <<<"${tiers//,/ }"
+"$work/$name/cluster/test.sh" "${tiers[@]}"
+echo "$archive: builds, and its tests pass (${tiers[*]})"

@@ -20,8 +20,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double longest_silence = 120.0;       // s; status.json is renewed every 20 s, but a step may take longer
-constexpr double longest_silence_steps = 20.0;  // in steps
+constexpr double usual_silence = 120.0;       // s; status.json is renewed every 20 s, but a step may take longer
+constexpr double usual_silence_steps = 20.0;  // in steps
 
 // Empty when the file is not there (any more) or cannot be read.
 std::string text_if_there(const std::string& path) {
@@ -111,6 +111,7 @@ void take_status(RunFolder& run, const Json& status) {
   number(run.stepping, "wall_time_stepping");
   number(run.output, "wall_time_output");
   number(run.peak_memory, "peak_memory");
+  number(run.longest_silence, "longest_silence");
   number(run.last_checkpoint_time, "checkpoint_time");
   for (const Json& phase : list_in(status, "phases"))
     run.phases.push_back({text_in(phase, "name"), 0, 0.0, number_in(phase, "mean", 0.0), number_in(phase, "largest", 0.0)});
@@ -121,8 +122,8 @@ void take_status(RunFolder& run, const Json& status) {
 }  // namespace
 
 bool RunFolder::silent(double seconds_per_step) const {
-  const double by_steps = std::isfinite(seconds_per_step) ? longest_silence_steps * seconds_per_step : 0.0;
-  return running() && age > std::max(longest_silence, by_steps);
+  const double by_steps = std::isfinite(seconds_per_step) ? usual_silence_steps * seconds_per_step : 0.0;
+  return running() && age > std::max(usual_silence, by_steps);
 }
 
 RunFolder read_run_folder(const std::string& path) {

@@ -38,8 +38,9 @@ struct RunFolder {
   double first_step = 0.0, first_time = 0.0;           ///< of the present part
   double elapsed = 0.0, stepping = 0.0, output = 0.0;  ///< s of wall time of the present part
   double peak_memory = 0.0;                            ///< bytes, largest of a rank
-  std::string last_checkpoint;                         ///< as status.json has it
-  double last_checkpoint_time = 0.0;                   ///< s, simulated
+  double longest_silence = 0.0;       ///< s, within which it writes something or ends itself; 0: not bounded
+  std::string last_checkpoint;        ///< as status.json has it
+  double last_checkpoint_time = 0.0;  ///< s, simulated
   std::vector<PhaseSummary> phases;
   std::vector<std::string> warnings;
   std::vector<CheckpointFile> checkpoints;  ///< by ascending step

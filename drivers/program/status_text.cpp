@@ -344,6 +344,7 @@ Json status_json(const RunView& view) {
           {"checkpoint", run.checkpoints.empty() ? "" : run.checkpoints.back().path},
           {"checkpoint_step", run.checkpoints.empty() ? GlobalIndex{-1} : run.checkpoints.back().step},
           {"seconds_since_sign", rounded(run.age)},
+          {"longest_silence", rounded(run.longest_silence)},
           {"host", run.host},
           {"continuation", run.continuation}};
 }

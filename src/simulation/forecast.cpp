@@ -95,12 +95,20 @@ constexpr double library_bytes = 5.0e6;
 // The matrix of the pressure, ours and PETSc's, and GAMG for it, of a cell with particles: measured likewise (Jacobi: 7 kB).
 constexpr double petsc_bytes_per_cell = 1.0e4;
 
+// The largest array that the ranks make anew when material spreads: the old one is there until the new one is filled. Entries of the
+// pressure's rows, or pairs of nodes.
+double regrown_bytes(const Scene& scene, const RankTraffic& rank) {
+  const double pool = scene.transfer.n_exchanges() * sizeof(Node) * static_cast<double>(rank.n_pool_nodes);
+  if (scene.time_stepping.integrator != IntegratorKind::imex) return pool;
+  return std::max(pool, std::pow(stencil_width(scene.grid.order), 3) * sizeof(Node) * static_cast<double>(rank.n_cells));
+}
+
 // What implicit parts add, bytes. A row of the pressure keeps its entries in double and in single precision and where its nodes are.
 double implicit_bytes(const Scene& scene, const RankTraffic& rank) {
   const TimeStepSettings& settings = scene.time_stepping;
   if (settings.integrator != IntegratorKind::imex) return 0.0;
   const double width = stencil_width(scene.grid.order);
-  const double row = width * width * (width * (sizeof(Node) + 4.0 * sizeof(float)) + sizeof(LocalIndex));
+  const double row = width * width * (width * (sizeof(Node) + 3.0 * sizeof(float)) + sizeof(LocalIndex));
   constexpr double vectors_of_cells = 12.0 * sizeof(double) + 8.0 * sizeof(LocalIndex);
   constexpr double vectors_of_nodes = 5.0 * sizeof(Node) + sizeof(double) + 6.0 * sizeof(LocalIndex);
   constexpr double of_particle = sizeof(double) + sizeof(LocalIndex);  // J at the start of the step; its place in the cell
@@ -114,8 +122,8 @@ double implicit_bytes(const Scene& scene, const RankTraffic& rank) {
   return bytes;
 }
 
-// Bytes by rank: particles with their work arrays, nodes of the pool and as many owned ones, the map of tiles, implicit parts, and
-// where the grid is written its DMDA and a vector.
+// Bytes by rank: particles with their work arrays, nodes of the pool and as many owned ones, the map of tiles, implicit parts, the
+// array that grows, and where the grid is written its DMDA and a vector.
 std::vector<double> memory_estimates(const Scene& scene, const Partition& partition,
                                      const std::vector<RankTraffic>& traffic) {
   const ParticleSet sample(optional_fields(scene));
@@ -129,7 +137,7 @@ std::vector<double> memory_estimates(const Scene& scene, const Partition& partit
     bytes.push_back(library_bytes + tables + per_particle * static_cast<double>(rank.n_particles) +
                     2.0 * vectors * sizeof(Node) * static_cast<double>(rank.n_pool_nodes) +
                     sizeof(LocalIndex) * (tile_nodes + footprint) * static_cast<double>(rank.n_tiles) +
-                    implicit_bytes(scene, rank));
+                    implicit_bytes(scene, rank) + regrown_bytes(scene, rank));
   if (!scene.output.grid) return bytes;
   const FieldBoxes boxes = field_boxes(node_fields(scene.grid), static_cast<int>(bytes.size()));
   for (std::size_t rank = 0; rank < bytes.size(); ++rank)

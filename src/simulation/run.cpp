@@ -17,10 +17,11 @@ namespace bulkley {
 
 namespace {
 
-constexpr std::size_t most_warnings_kept = 20;  // in status.json
-
 // A run whose steps are slow is given that many times its slowest.
 constexpr double slow_steps = 20.0;
+
+// After a timeout, until readers on other hosts must have seen what the watchdog has written, s.
+constexpr double time_to_tell = 60.0;
 
 // status.json says why the run ends, by the watchdog's thread.
 auto last_act_of(const RunOptions& options, const Comm& comm) {
@@ -53,7 +54,7 @@ Run::~Run() = default;
 GlobalIndex Run::start() {
   check_bodies(scene, shared_survey(comm));
   state.cost = assumed_cost(scene);
-  solver = start_solver(comm, scene);
+  solver = start_solver(comm, scene, &progress.warnings);
   state.bounds = solver->bounds();
   begin_energy_budget();
   const std::string fault = fixed_step_fault(scene.time_stepping, scene.grid.cell_size, state.bounds);
@@ -101,7 +102,7 @@ GlobalIndex Run::restore() {
   state.cost.n_exchanges = scene.transfer.n_exchanges();
   const auto n_materials = static_cast<int>(scene.materials.size());
   const TileCensus census = take_census(scene.grid, particles, n_materials);
-  Partition partition = first_partition(comm, scene, census, state.cost);
+  Partition partition = first_partition(comm, scene, census, state.cost, &progress.warnings);
   solver = std::make_unique<Solver>(comm, physics_of(scene), std::move(partition), std::move(particles), state.bounds);
   solver->load_forces(state.force_reals, state.force_integers);
   solver->load_force_fields([&](BoxFields& box) { return read_box(comm, file, box); });
@@ -140,8 +141,7 @@ Watchdog::Watch Run::watch_write(const std::string& file) {
 }
 
 Watchdog::Watch Run::watch_step() {
-  const double least = scene.time_stepping.step_timeout;
-  const double limit = least > 0.0 ? std::max(least, slow_steps * clock.slowest_step) : 0.0;
+  const double limit = step_limit();
   const GlobalIndex step = state.step + 1;
   const std::string hint = checkpoint_hint();
   const PhaseTimes& times = std::as_const(*solver).times();
@@ -190,8 +190,19 @@ std::string Run::checkpoint_hint() const {
 
 Status Run::status(RunState run_state, const std::string& reason) const {
   Status status{run_state, state.step, state.time, last_checkpoint.file, reason, progress};
+  status.progress.longest_silence = longest_silence();
   update_clock(state, clock, status.progress);
   return status;
+}
+
+double Run::step_limit() const {
+  const double least = scene.time_stepping.step_timeout;
+  return least > 0.0 ? std::max(least, slow_steps * clock.slowest_step) : 0.0;
+}
+
+double Run::longest_silence() const {
+  const double step = step_limit(), write = scene.checkpoint.timeout;
+  return step > 0.0 && write > 0.0 ? std::max(step, write) + time_to_tell : 0.0;
 }
 
 HaloTraffic Run::halo_traffic() const {

@@ -72,6 +72,9 @@ struct Run {
   HaloTraffic halo_traffic() const;
 
  private:
+  /// s of wall time, that a step may take now; 0: as long as it likes.
+  double step_limit() const;
+  double longest_silence() const;
   GlobalIndex start();
   ParticleSet load(const std::string& file);
   GlobalIndex restore();

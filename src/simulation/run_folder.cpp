@@ -3,12 +3,25 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "io/checkpoint/checkpoint.hpp"
+#include "io/files/json_text.hpp"
 #include "io/files/text_file.hpp"
 #include "parallel/log.hpp"
+#include "simulation/run_report.hpp"
 
 namespace bulkley {
+
+namespace {
+
+// The status.json in the folder is that of a run that has never begun.
+bool failed_in_set_up(const std::string& folder) {
+  const Json status = Json::parse(read_text(path_in(folder, "status.json")), nullptr, false);
+  return status.is_object() && status.value("failed_in_set_up", false);
+}
+
+}  // namespace
 
 void prepare_folder(const Comm& comm, const RunOptions& options) {
   root_guard(comm, [&] {
@@ -17,7 +30,8 @@ void prepare_folder(const Comm& comm, const RunOptions& options) {
     std::error_code error;
     fs::create_directories(folder, error);
     if (error) throw UsageError(fmt::format("{}: the output folder cannot be made: {}", options.folder, error.message()));
-    const bool used = fs::exists(folder / "history.csv") || fs::exists(folder / "status.json");
+    const bool used =
+        fs::exists(folder / "history.csv") || (fs::exists(folder / "status.json") && !failed_in_set_up(options.folder));
     if (used && !options.restart && !options.overwrite)
       throw UsageError(fmt::format(
           "{}: holds an earlier run; continue it with --restart, replace it with --overwrite, or choose another --out",
@@ -37,6 +51,19 @@ void prepare_folder(const Comm& comm, const RunOptions& options) {
                       options.folder, comm.rank()));
   });
   if (!options.restart) remove_checkpoints_after(comm, options.folder, -1);
+}
+
+void write_set_up_failure(const Comm& comm, const Scene& scene, const RunOptions& options, const std::string& reason) {
+  try {
+    root_guard(comm, [&] {
+      if (options.restart && mark_failed_alone(options.folder, reason)) return;
+      Status status{RunState::failed, 0, 0.0, "", reason, progress_at_start(comm, scene, options)};
+      status.in_set_up = true;
+      write_status_alone(options.folder, status);
+    });
+  } catch (const RunError&) {
+    log_line(comm, fmt::format("{} could not be written", path_in(options.folder, "status.json")));
+  }
 }
 
 void write_failure(const Comm& comm, const std::string& folder, const Status& status) {

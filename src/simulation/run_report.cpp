@@ -265,6 +265,8 @@ RunProgress progress_at_start(const Comm& comm, const Scene& scene, const RunOpt
   if (::gethostname(host.data(), host.size() - 1) == 0) progress.host = host.data();
   progress.n_ranks = comm.size();
   progress.end_time = scene.time_stepping.end_time;
+  progress.warnings = scene.warnings;
+  if (progress.warnings.size() > most_warnings_kept) progress.warnings.resize(most_warnings_kept);
   return progress;
 }
 

@@ -76,7 +76,9 @@ struct RunClock {
   double first_time = 0.0;           ///< s, the time it started from
 };
 
-/// What is known of a run before its first step. Not collective.
+inline constexpr std::size_t most_warnings_kept = 20;  ///< in status.json
+
+/// What is known of a run before its first step, with the warnings about its scene. Not collective.
 RunProgress progress_at_start(const Comm& comm, const Scene& scene, const RunOptions& options);
 
 /// Brings up to date what this rank knows by itself: particles and wall times. Not collective.

@@ -229,9 +229,11 @@ void check_grid_output(const Scene& scene) {
     throw UsageError(fmt::format("output.grid = true: {}", fault));
 }
 
-Partition first_partition(const Comm& comm, const Scene& scene, const TileCensus& census, const CostModel& cost) {
+Partition first_partition(const Comm& comm, const Scene& scene, const TileCensus& census, const CostModel& cost,
+                          std::vector<std::string>* warnings) {
   PartitionProposal proposal = make_partitioner(scene.partition)->propose(comm, {scene.grid, census, cost});
   for (const std::string& warning : proposal.notes.warnings) fmt::print(stderr, "warning: {}\n", warning);
+  if (warnings != nullptr) warnings->insert(warnings->end(), proposal.notes.warnings.begin(), proposal.notes.warnings.end());
   BULKLEY_ASSERT(proposal.partition);
   return std::move(*proposal.partition);
 }
@@ -247,8 +249,8 @@ ParticleSet seed_share(const Comm& comm, const Scene& scene, const Partition& pa
   return particles;
 }
 
-std::unique_ptr<Solver> start_solver(const Comm& comm, const Scene& scene) {
-  Partition partition = first_partition(comm, scene, seeded_census(comm, scene), assumed_cost(scene));
+std::unique_ptr<Solver> start_solver(const Comm& comm, const Scene& scene, std::vector<std::string>* warnings) {
+  Partition partition = first_partition(comm, scene, seeded_census(comm, scene), assumed_cost(scene), warnings);
   ParticleSet particles = seed_share(comm, scene, partition);
   return std::make_unique<Solver>(comm, physics_of(scene), std::move(partition), std::move(particles), std::nullopt);
 }

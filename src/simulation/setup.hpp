@@ -67,15 +67,17 @@ CostModel assumed_cost(const Scene& scene);
 /// Refuses frames of a grid that PETSc cannot number. Throws UsageError. Not collective.
 void check_grid_output(const Scene& scene);
 
-/// The scene's partition for as many ranks as there are, on every rank; warnings on the root's stderr. `census`: of this
-/// rank's particles, or its share of the counts (PartitionRequest). Throws UsageError. Collective.
-Partition first_partition(const Comm& comm, const Scene& scene, const TileCensus& census, const CostModel& cost);
+/// The scene's partition for as many ranks as there are, on every rank; warnings on the root's stderr, and added to its `warnings`
+/// if they are given. `census`: of this rank's particles, or its share of the counts (PartitionRequest). Throws UsageError.
+/// Collective.
+Partition first_partition(const Comm& comm, const Scene& scene, const TileCensus& census, const CostModel& cost,
+                          std::vector<std::string>* warnings = nullptr);
 
 /// The particles of the tiles that `partition` gives to this rank. Collective.
 ParticleSet seed_share(const Comm& comm, const Scene& scene, const Partition& partition);
 
 /// A solver at the scene's start: the partition is made first, from counted particles, so that no rank ever holds much more
-/// than its share. Collective.
-std::unique_ptr<Solver> start_solver(const Comm& comm, const Scene& scene);
+/// than its share. `warnings` as of first_partition. Collective.
+std::unique_ptr<Solver> start_solver(const Comm& comm, const Scene& scene, std::vector<std::string>* warnings = nullptr);
 
 }  // namespace bulkley

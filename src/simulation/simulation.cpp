@@ -71,8 +71,11 @@ RunOutcome run_simulation(const Comm& comm, const Scene& scene, const RunOptions
   try {
     run = std::make_unique<Run>(comm, scene, options);
   } catch (const RunError& error) {  // the same on every rank
-    write_failure(comm, options.folder,
-                  {RunState::failed, 0, 0.0, "", error.what(), progress_at_start(comm, scene, options)});
+    write_set_up_failure(comm, scene, options, error.what());
+    throw;
+  } catch (const UsageError& error) {  // the same on every rank
+    // A run whose continuation is refused is what it was.
+    if (!options.restart) write_set_up_failure(comm, scene, options, error.what());
     throw;
   }
   const AbortHook hook([&](const std::string& message) { return on_abort(*run, message); });

@@ -86,6 +86,7 @@ TEST_F(HistoryFile, StatusIsJson) {
   progress.pressure = {12.5, 31, 1.0};
   progress.viscosity = {6.5, 9};
   progress.volume_error = 0.25;
+  progress.longest_silence = 660.0;
   progress.phases = {{"p2g", 4, 1.0, 1.5, 2.0}};
   progress.warnings = {"one", "two"};
   write_status(comm, folder.path(), {RunState::failed, 12, 0.5, "checkpoint_000000010.h5", "a \"bad\"\nthing \\", progress});
@@ -95,6 +96,7 @@ TEST_F(HistoryFile, StatusIsJson) {
       "  \"reason\": \"a \\\"bad\\\"\\nthing \\\\\",\n  \"title\": \"Splash\",\n  \"end_time\": 0.0,\n  \"ranks\": 3,\n"
       "  \"particles\": 0,\n  \"first_step\": 0,\n  \"first_time\": 0.0,\n  \"wall_time\": 7.5,\n"
       "  \"wall_time_stepping\": 0.0,\n  \"wall_time_output\": 0.0,\n  \"peak_memory\": 0,\n  \"checkpoint_time\": 0.0,\n"
+      "  \"longest_silence\": 660.0,\n"
       "  \"pressure_iterations\": 12.5,\n  \"pressure_iterations_max\": 31,\n  \"contact_rounds\": 1.0,\n"
       "  \"viscosity_iterations\": 6.5,\n  \"viscosity_iterations_max\": 9,\n  \"volume_error\": 0.25,\n"
       "  \"continuation\": \"\",\n  \"host\": \"\",\n"
@@ -104,6 +106,24 @@ TEST_F(HistoryFile, StatusIsJson) {
   write_status(comm, folder.path(), {RunState::running, 0, std::nan(""), "", "", {}});
   EXPECT_NE(text_of("status.json").find("\"time\": null"), std::string::npos);
   EXPECT_FALSE(folder.has("status.json.tmp"));
+}
+
+TEST_F(HistoryFile, StatusTellsThatItIsOfASetUpOnlyWhereItIs) {
+  Status status{RunState::failed, 0, 0.0, "", "no", {}};
+  write_status(comm, folder.path(), status);
+  EXPECT_EQ(text_of("status.json").find("failed_in_set_up"), std::string::npos);
+  status.in_set_up = true;
+  write_status(comm, folder.path(), status);
+  EXPECT_NE(text_of("status.json").find("\"failed_in_set_up\": true"), std::string::npos);
+}
+
+TEST_F(HistoryFile, MarkedAsFailedKeepsTheRest) {
+  write_status(comm, folder.path(), {RunState::stopped, 12, 0.5, "checkpoint_000000010.h5", "", {}});
+  root_guard(comm, [&] { EXPECT_TRUE(mark_failed_alone(folder.path(), "damaged")); });
+  const std::string text = text_of("status.json");
+  for (const char* part : {"\"state\": \"failed\"", "\"reason\": \"damaged\"", "\"step\": 12", "checkpoint_000000010.h5"})
+    EXPECT_NE(text.find(part), std::string::npos) << part << " in " << text;
+  root_guard(comm, [&] { EXPECT_FALSE(mark_failed_alone(folder.file("nowhere"), "damaged")); });
 }
 
 TEST_F(HistoryFile, PeakMemoryGrows) {

@@ -24,7 +24,7 @@ _bulkley() {
       info) words="--help" ;;
       compare) words="--tolerance --full --help" ;;
       convert) words="--to --out --fields --region --every --frames --help" ;;
-      status) words="--watch --json --help" ;;
+      status) words="--watch --patience --json --help" ;;
       report) words="--out --help" ;;
       rheometer) words="--material --preset --set --mode --rates --stresses --amplitudes --frequencies --strain --duration --durations --pressure --field --fields --strain-per-step --largest-strain --tolerance --points --out --plot --fit --weights --fix --range --name --density --speed --help" ;;
       bench) words="--json --io --particles --material --steps --scheme --order --gradient --integrator --no-naive --no-one-rank --suite --small --only --help" ;;

@@ -14,7 +14,7 @@ class Bulkley(CMakePackage):
 
     license("BSD-3-Clause", checked_by="its authors")
 
-    version("0.1.0")
+    version("0.2.0")
 
     variant("python", default=True, description="NumPy, h5py and Matplotlib for the scripts that measure and plot runs")
 

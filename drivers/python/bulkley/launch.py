@@ -189,7 +189,7 @@ def run(scene: Mapping | str | os.PathLike, ranks: int = 1, *, out: str | os.Pat
         raise RunError(f"'scene' is {scene!r} and must be a dictionary or the path of a scene file")
     name = "scene" if isinstance(scene, Mapping) else pathlib.Path(scene).stem
     folder = pathlib.Path(out) if out is not None else pathlib.Path("out") / name
-    if not (restart or overwrite) and any((folder / file).exists() for file in ("history.csv", "status.json")):
+    if not (restart or overwrite) and holds_run(folder):
         raise RunError(f"'{folder}' holds an earlier run: continue it with restart=True, replace it with overwrite=True, or give "
                        "another 'out'", folder=folder)
     file = written_scene(scene, folder / "input.toml") if isinstance(scene, Mapping) else scene
@@ -204,6 +204,16 @@ def run(scene: Mapping | str | os.PathLike, ranks: int = 1, *, out: str | os.Pat
     for sentence in made.status["warnings"]:
         warnings.warn(sentence, stacklevel=2)
     return made
+
+
+def holds_run(folder: pathlib.Path) -> bool:
+    """Whether the folder holds a run that has begun, or something else named like one."""
+    if (folder / "history.csv").exists() or not (folder / "status.json").exists():
+        return (folder / "history.csv").exists()
+    try:
+        return not json.loads((folder / "status.json").read_text(encoding="utf-8")).get("failed_in_set_up")
+    except (OSError, ValueError, AttributeError):
+        return True
 
 
 def check_whole_number(name: str, value, may_be_none: bool = False) -> None:

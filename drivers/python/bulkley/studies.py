@@ -96,7 +96,8 @@ class Case:
             if age < SILENT_AFTER:
                 raise RunError(f"'{self.folder}' is written by another process, {age:.0f} s ago: wait for its end, or for "
                                f"{SILENT_AFTER:.0f} s if it was killed", folder=self.folder)
-        may_go_on = state != "failed" or retry_failed or self.status.get("unresponsive", False)
+        status = self.status
+        may_go_on = state != "failed" or retry_failed or status.get("unresponsive") or status.get("failed_in_set_up")
         return not self.is_done(max_steps) and may_go_on
 
     def start_options(self) -> dict:

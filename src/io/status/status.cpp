@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <sys/resource.h>
 
+#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -48,6 +49,7 @@ Json status_json(const Status& s) {
           {"wall_time_output", p.output},
           {"peak_memory", static_cast<GlobalIndex>(p.peak_memory)},
           {"checkpoint_time", p.checkpoint_time},
+          {"longest_silence", p.longest_silence},
           {"pressure_iterations", p.pressure.iterations},
           {"pressure_iterations_max", p.pressure.most_iterations},
           {"contact_rounds", p.pressure.contact_rounds},
@@ -78,7 +80,22 @@ const char* name(RunState state) {
 }
 
 void write_status_alone(const std::string& folder, const Status& status) {
-  write_text_atomically(path_in(folder, "status.json"), json_text(status_json(status)) + "\n");
+  Json json = status_json(status);
+  if (status.in_set_up) json["failed_in_set_up"] = true;
+  write_text_atomically(path_in(folder, "status.json"), json_text(json) + "\n");
+}
+
+bool mark_failed_alone(const std::string& folder, const std::string& reason) {
+  const std::string path = path_in(folder, "status.json");
+  std::error_code error;
+  if (!std::filesystem::exists(path, error)) return false;
+  Json status = Json::parse(read_text(path), nullptr, false);
+  if (!status.is_object()) return false;
+  status["state"] = name(RunState::failed);
+  status["reason"] = reason;
+  status.erase("unresponsive");  // of an earlier part
+  write_text_atomically(path, json_text(status) + "\n");
+  return true;
 }
 
 void mark_unresponsive_alone(const std::string& folder, const std::string& reason, int rank) {

@@ -41,6 +41,7 @@ struct RunProgress {
   double output = 0.0;           ///< s of it in frames, history and checkpoints
   double peak_memory = 0.0;      ///< bytes, largest of a rank
   double checkpoint_time = 0.0;  ///< s, simulated time of the newest checkpoint
+  double longest_silence = 0.0;  ///< s of wall time within which the run writes something or ends itself; 0: not bounded
   PressureFigures pressure;      ///< of the last row of history.csv
   ViscosityFigures viscosity;    ///< likewise
   double volume_error = 0.0;     ///< likewise
@@ -56,6 +57,7 @@ struct Status {
   std::string checkpoint;  ///< newest whole one; empty: none
   std::string reason;      ///< why it stopped or failed; else empty
   RunProgress progress;
+  bool in_set_up = false;  ///< it failed before its first step: the folder holds nothing to continue or to lose
 };
 
 /// Writes `folder`/status.json (temporary name, then renamed) from the root's `status`. Throws RunError on every rank.
@@ -64,6 +66,10 @@ void write_status(const Comm& comm, const std::string& folder, const Status& sta
 
 /// As write_status, by one process alone. Throws RunError. Not collective.
 void write_status_alone(const std::string& folder, const Status& status);
+
+/// Turns the status.json of `folder` into that of a run that failed for `reason`; all else stays, also the step and checkpoint of
+/// an earlier part. False if there is no status. Throws RunError. Not collective.
+bool mark_failed_alone(const std::string& folder, const std::string& reason);
 
 /// Turns the status.json of `folder` into that of a run that failed because a rank or the machine did not answer: state
 /// "failed", `reason`, and "unresponsive": true, from which job scripts know that it can go on from its checkpoint;

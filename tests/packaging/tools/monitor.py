@@ -245,6 +245,63 @@ class Monitor:
         self.page(folder)  # a table without rows
         self.ask("status", "torn")
 
+    def watched_in_vain(self):
+        """--watch ends where a run writes nothing, by what the run or the user has stated; it goes on where neither bounds it."""
+        folder = self.work / "lost"
+        shutil.copytree(self.work / "finished", folder)
+        status = json.loads((folder / "status.json").read_text(encoding="utf-8"))
+        expect(status["longest_silence"] == 660.0, f"lost: longest_silence is {status['longest_silence']}")
+
+        def watch(age, bound, *options, code=3):
+            text = json.dumps({**status, "state": "running", **({} if bound is None else {"longest_silence": bound})})
+            (folder / "status.json").write_text(text, encoding="utf-8")
+            for file in folder.iterdir():
+                os.utime(file, (time.time() - age, time.time() - age))
+            process = subprocess.Popen([self.program.path, "status", "lost", "--watch", "0.1", *options], cwd=self.work,
+                                       stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+            try:
+                text, _ = process.communicate(timeout=4.0 if code is None else LIMIT)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                text, _ = process.communicate()
+                expect(code is None, f"lost: {age} s silent, {bound}, {options}: watched on: {text}")
+                return
+            expect(process.returncode == code, f"lost: {age} s silent, {bound}, {options}: {process.returncode}: {text}")
+            expect(text.count("lost: has written nothing for") == 1 and "watched no longer" in text, f"lost: {text}")
+
+        watch(3600, None)
+        watch(300, None, code=None)
+        watch(300, None, "--patience", "4m")
+        watch(3600, None, "--patience", "2h", code=None)
+        watch(3600, 0.0, code=None)
+        del status["longest_silence"]  # as an earlier version wrote it
+        watch(3600, None)
+        text = self.ask("status", "lost", "--patience", "4m", code=2)
+        expect("--patience is for --watch" in text and text.count("\n") == 1, f"lost: {text}")
+
+    def not_set_up(self):
+        """A run that fails before its first step says so in its folder, which is free for the next; one that cannot be continued
+        keeps what it was."""
+        outside = ["--set", "bodies.ball.velocity=[0,0,-2]", "--set", "bodies.ball.shape.center=[0.2,0.2,0.03]"]
+        folder = self.run("outside", *outside, "--set", "time.largest_step=1", ranks=2, code=2)
+        told = json.loads((folder / "status.json").read_text(encoding="utf-8"))
+        expect(told["state"] == "failed" and told["failed_in_set_up"] and "ball" in told["reason"] and
+               "outside" in told["reason"], f"outside: {told}")
+        expect(any("time.largest_step" in warning for warning in told["warnings"]), f"outside: warnings {told['warnings']}")
+        expect(": failed (" in self.ask("status", "outside"), "outside: status")
+        self.run("outside", "--max-steps", "10")
+        told = json.loads((folder / "status.json").read_text(encoding="utf-8"))
+        expect(told["state"] == "finished" and "failed_in_set_up" not in told, f"outside: as it should be, {told}")
+        self.run("outside", *outside, code=2)  # a run is there now
+        self.run("outside", "--restart", "--set", "gravity=[0,0,-5]", code=2)
+        expect(json.loads((folder / "status.json").read_text(encoding="utf-8")) == told, "outside: a refusal changed status.json")
+        checkpoint = folder / "checkpoint_000000010.h5"
+        checkpoint.write_bytes(checkpoint.read_bytes()[:5000])
+        self.run("outside", "--restart", str(checkpoint), code=3)
+        damaged = json.loads((folder / "status.json").read_text(encoding="utf-8"))
+        expect(damaged["state"] == "failed" and checkpoint.name in damaged["reason"], f"outside: damaged, {damaged}")
+        expect({**damaged, "state": told["state"], "reason": told["reason"]} == told, f"outside: not as before: {damaged}")
+
     def foreign(self):
         (self.work / "empty").mkdir()
         for command in ("status", "report"):
@@ -292,6 +349,8 @@ def main():
     monitor.stopped()
     monitor.failed()
     monitor.killed_and_torn()
+    monitor.watched_in_vain()
+    monitor.not_set_up()
     monitor.foreign()
     monitor.without_python()
     monitor.several()
