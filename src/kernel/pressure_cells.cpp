@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/renew.hpp"
 #include "kernel/batch.hpp"
 
 namespace bulkley {
@@ -110,9 +111,9 @@ void fill_cell(const GridGeometry& grid, GradientForm form, const VolumetricLaws
 
 void PressureRows::resize(LocalIndex n) {
   const auto n_cells = static_cast<std::size_t>(n);
-  first.resize(n_cells * static_cast<std::size_t>(n_rows()));
-  gradient.resize(n_cells * static_cast<std::size_t>(n_stencil()));
-  rounded.resize(3 * gradient.size() + 1);
+  renew(first, n_cells * static_cast<std::size_t>(n_rows()));
+  renew(gradient, n_cells * static_cast<std::size_t>(n_stencil()));
+  renew(rounded, 3 * gradient.size() + 1);
 }
 
 void PressureRows::round(LocalIndex cell) {

@@ -95,12 +95,9 @@ constexpr double library_bytes = 5.0e6;
 // The matrix of the pressure, ours and PETSc's, and GAMG for it, of a cell with particles: measured likewise (Jacobi: 7 kB).
 constexpr double petsc_bytes_per_cell = 1.0e4;
 
-// The largest array that the ranks make anew when material spreads: the old one is there until the new one is filled. Entries of the
-// pressure's rows, or pairs of nodes.
+// The nodes of the pool are made anew when material spreads: the old ones are there until the new ones are.
 double regrown_bytes(const Scene& scene, const RankTraffic& rank) {
-  const double pool = scene.transfer.n_exchanges() * sizeof(Node) * static_cast<double>(rank.n_pool_nodes);
-  if (scene.time_stepping.integrator != IntegratorKind::imex) return pool;
-  return std::max(pool, std::pow(stencil_width(scene.grid.order), 3) * sizeof(Node) * static_cast<double>(rank.n_cells));
+  return scene.transfer.n_exchanges() * sizeof(Node) * static_cast<double>(rank.n_pool_nodes);
 }
 
 // What implicit parts add, bytes. A row of the pressure keeps its entries in double and in single precision and where its nodes are.
