@@ -136,6 +136,7 @@ def render(options, look, series, chosen, paths):
     stage = Stage(simple, look, series, Reader(simple, series, look), chosen)
     for number, path in zip(chosen, paths):
         stage.draw(number)
+        stage.show_legend(options.output or not options.strip or number == chosen[0])  # a strip has it once
         path.unlink(missing_ok=True)  # so that an old picture is never taken for a new one
         simple.SaveScreenshot(str(path), stage.view, ImageResolution=list(look["picture.size"]))
         if not path.is_file():
