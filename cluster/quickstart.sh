@@ -23,7 +23,7 @@ end_stage() {
 }
 
 installing=""
-let_installing_end() {  # packages that are half installed would have to be mended by hand
+let_installing_end() {  # dpkg refuses to go on after an installation that was broken off
   if [[ -n "$installing" ]]; then
     echo "The packages for pictures are still being installed; waiting for that to end." >&2
     wait "$installing" || true
