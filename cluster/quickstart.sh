@@ -69,7 +69,7 @@ Done in $((SECONDS / 60)) min $((SECONDS % 60)) s: $(printf '%s, ' "${times[@]}"
   Report of the run:        $root/$output/report.html   (any browser)
   Open in ParaView:         $root/$output/frames.xdmf   (choose a reader if asked: Xdmf3 Reader S)
 Next, and then docs/tutorial.md:
-  . cluster/environment.sh    # Open MPI's settings for a workstation
-  mpirun -n 2 build/bulkley run drivers/scenes/$scene.toml --set materials.cream.preset=ketchup --out out/ketchup_splash
-  pvpython drivers/paraview/render.py --run out/ketchup_splash --animation film.gif --look drivers/paraview/looks/$scene.toml
+  . cluster/environment.sh    # Open MPI's settings for a workstation; then a slower ball, and a film of it:
+  mpirun -n 2 build/bulkley run drivers/scenes/$scene.toml --set 'bodies.ball.velocity=[0,0,-4]' --out out/crown
+  pvpython drivers/paraview/render.py --run out/crown --animation film.gif --look drivers/paraview/looks/$scene.toml
 END
