@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # From a fresh clone to pictures: installs what the first run needs, builds the program, runs a splash on 2 ranks, draws it.
-# On two cores about four minutes, of which downloads (500 MB) take none or several. What tests, notebooks and the pages as a site
-# need comes later: cluster/test.sh installs it.
+# Minutes on two free cores, and what the downloads take (500 MB, more than half of them behind the build). What tests, notebooks and
+# the pages as a site need comes later: cluster/test.sh installs it.
 set -euo pipefail
 
 root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"

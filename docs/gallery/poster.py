@@ -119,7 +119,7 @@ def draw(path):
                    ("gallery/figure_6_real.png", "A dragon of oobleck lands, and melts."))
     poster.band(HEIGHT - 27, 27, DARK)
     poster.text(MARGIN, HEIGHT - 21, "cluster/quickstart.sh", 17, color=CREAM, family="monospace", weight="bold")
-    poster.text(MARGIN, HEIGHT - 12, "from a bare Debian 12 to the six pictures above in five minutes", 11, color="white")
+    poster.text(MARGIN, HEIGHT - 12, "from a bare Debian 12 to the six pictures above", 11, color="white")
     poster.text(MARGIN + 130, HEIGHT - 21, f"Bulkley {version()}, C++20 and MPI, Python package, BSD-3-Clause\nEvery number is on a page of docs/, with "
                 "the command that makes it.", 11, color="white")
     if y > HEIGHT - 28:
