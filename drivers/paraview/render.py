@@ -3,7 +3,7 @@
 
     pvpython drivers/paraview/render.py --run DIR --output PNG_OR_FOLDER [--look FILE.toml] [--frame last|all|N,N,...] ...
     pvpython drivers/paraview/render.py --run DIR --strip FILE.png [--frame N,N,...] ...
-    pvpython drivers/paraview/render.py --run DIR --animation FILE.mp4|FILE.gif ...
+    pvpython drivers/paraview/render.py --run DIR --animation FILE.mp4|FILE.gif|FILE.webp ...
 
 Works under pvpython and pvbatch, with or without a display: without one it starts itself again under Xvfb, because
 Debian's ParaView can only draw through an X server. Exit code 2: the command line or the look file is wrong, or something is
@@ -35,8 +35,10 @@ def parse_arguments():
     parser.add_argument("--run", required=True, type=pathlib.Path, help="output folder of the run")
     parser.add_argument("--output", type=pathlib.Path, help="file ending in .png for one frame, else a folder")
     parser.add_argument("--strip", type=pathlib.Path, help="PNG below 300 kB with several frames side by side")
-    parser.add_argument("--animation", type=pathlib.Path, help="file ending in .mp4 or .gif")
+    parser.add_argument("--animation", type=pathlib.Path, help="file ending in .mp4, .gif or .webp")
     parser.add_argument("--rate", type=float, default=20.0, help="frames a second of an animation")
+    parser.add_argument("--largest", type=float, default=2000.0, metavar="KB",
+                        help="kilobytes of a GIF or WebP, which is drawn smaller until it has no more; default: 2000")
     parser.add_argument("--frame", help="last, all, or numbers from 0 in frames.xdmf such as 0,5,10; default: last; "
                                         f"all for an animation, {STRIP_FRAMES} evenly chosen for a strip")
     parser.add_argument("--look", type=pathlib.Path, help="TOML file; see looks/default.toml for every key")
@@ -55,6 +57,8 @@ def parse_arguments():
         fail("one of --output, --strip and --animation is needed")
     if not 0.0 < options.rate <= 50.0:
         fail(f"--rate is {options.rate} and must be above 0 and at most 50")
+    if not options.largest >= 1.0:
+        fail(f"--largest is {options.largest} and must be at least 1")
     return options
 
 
@@ -134,8 +138,9 @@ def render(options, look, series, chosen, paths):
 
     simple._DisableFirstRenderCameraReset()
     stage = Stage(simple, look, series, Reader(simple, series, look), chosen)
-    for number, path in zip(chosen, paths):
+    for n, (number, path) in enumerate(zip(chosen, paths)):
         stage.draw(number)
+        stage.show_legend(options.strip is None or options.output is not None or n == 0)  # a strip has it once
         path.unlink(missing_ok=True)  # so that an old picture is never taken for a new one
         simple.SaveScreenshot(str(path), stage.view, ImageResolution=list(look["picture.size"]))
         if not path.is_file():
@@ -164,7 +169,8 @@ def main():
             sequence.write_strip(paths, options.strip)
             print(options.strip)
         if options.animation:
-            sequence.write_animation(paths, options.animation, options.rate, pathlib.Path(scratch))
+            sequence.write_animation(paths, options.animation, options.rate, pathlib.Path(scratch),
+                                     1000.0 * options.largest)
             print(options.animation)
     return 0
 

@@ -116,7 +116,7 @@ def check_movie(run, work):
         refuses(lambda: run.movie(look="a.toml"), "'look'", "ParaView")
         with Without("matplotlib"):
             refuses(run.movie, "ParaView", "matplotlib", "neither is installed")
-    refuses(lambda: run.movie("film.avi"), "film.avi", ".gif or .mp4")
+    refuses(lambda: run.movie("film.avi"), "film.avi", ".gif, .mp4 or .webp")
     for rate in (0.0, 51.0):
         refuses(lambda: run.movie(rate=rate), "'rate' is", "50")
     refuses(lambda: run.movie(by="blender"), "'blender'", "'paraview' or 'matplotlib'")

@@ -8,7 +8,7 @@ import subprocess
 from rendering.faults import fail
 
 LARGEST_STRIP = 300_000  # bytes
-GIF_WIDTH = 720  # pixels at most; colours of a GIF are few, and its files are large
+FILM_WIDTH = 720  # pixels of a GIF or WebP at most: their files are large
 
 
 def pillow():
@@ -62,20 +62,36 @@ def keep_color(palette, color):
 def check_animation(path):
     """Before anything is drawn."""
     kind = path.suffix.lower()
-    if kind not in (".mp4", ".gif"):
-        fail(f"--animation is '{path}' and must end in .mp4 or .gif")
-    if kind == ".mp4" and not shutil.which("ffmpeg"):
-        fail("an MP4 needs ffmpeg (Debian: apt-get install ffmpeg); a GIF does not")
-    if kind == ".gif":
-        pillow()
-
-
-def write_animation(pictures, path, rate, scratch):
-    """`scratch`: an empty or temporary folder."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    if path.suffix.lower() == ".gif":
-        write_gif(pictures, path, rate)
+    if kind not in (".mp4", ".gif", ".webp"):
+        fail(f"--animation is '{path}' and must end in .mp4, .gif or .webp")
+    if kind == ".mp4":
+        if not shutil.which("ffmpeg"):
+            fail("an MP4 needs ffmpeg (Debian: apt-get install ffmpeg); a GIF does not")
         return
+    pillow()
+
+
+def write_animation(pictures, path, rate, scratch, largest):
+    """`scratch`: an empty or temporary folder; `largest`: bytes of a GIF or WebP, which is reduced until it has no more."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if path.suffix.lower() == ".mp4":
+        write_mp4(pictures, path, rate, scratch)
+        return
+    Image = pillow()
+    originals = [Image.open(picture).convert("RGB") for picture in pictures]
+    width, height = originals[0].size
+    scale = min(1.0, FILM_WIDTH / width)
+    write = write_gif if path.suffix.lower() == ".gif" else write_webp
+    while True:
+        size = (max(16, round(width * scale)), max(16, round(height * scale)))
+        write(Image, [image.resize(size, Image.LANCZOS) for image in originals], path, rate)
+        ratio = path.stat().st_size / largest
+        if ratio <= 1.0 or min(size) == 16:
+            return
+        scale *= max(0.5, 0.97 / ratio ** 0.5)  # bytes grow a little slower than pixels
+
+
+def write_mp4(pictures, path, rate, scratch):
     # ffmpeg counts from one name to the next, so pictures get names of their own.
     links = [scratch / f"animation_{n:06}.png" for n in range(len(pictures))]
     for link, picture in zip(links, pictures):
@@ -89,17 +105,21 @@ def write_animation(pictures, path, rate, scratch):
         fail(f"ffmpeg did not write '{path}': its message is above")
 
 
-def write_gif(pictures, path, rate):
-    Image = pillow()
-    images = [Image.open(picture).convert("RGB") for picture in pictures]
-    if images[0].width > GIF_WIDTH:
-        size = (GIF_WIDTH, round(images[0].height * GIF_WIDTH / images[0].width))
-        images = [image.resize(size, Image.LANCZOS) for image in images]
+def write_gif(Image, images, path, rate):
     # One palette for all, from a sheet of some of them: with palettes that change, still parts flicker.
-    some = images[::max(1, len(images) // 8)]
+    some = [image.reduce(2) for image in images[::max(1, len(images) // 10)]]
     sheet = Image.new("RGB", (some[0].width, some[0].height * len(some)))
     for n, image in enumerate(some):
         sheet.paste(image, (0, n * image.height))
-    palette = sheet.quantize(256, method=Image.Quantize.MEDIANCUT)
+    palette = sheet.quantize(256, method=Image.Quantize.MAXCOVERAGE, kmeans=2)
     frames = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
-    frames[0].save(path, save_all=True, append_images=frames[1:], duration=max(20, round(1000 / rate)), loop=0, optimize=True)
+    frames[0].save(path, save_all=True, append_images=frames[1:], duration=duration(rate), loop=0, optimize=True)
+
+
+def write_webp(Image, images, path, rate):
+    images[0].save(path, save_all=True, append_images=images[1:], duration=duration(rate), loop=0, quality=75, method=4)
+
+
+def duration(rate):
+    """Of a picture, ms; viewers show shorter ones slowly."""
+    return max(20, round(1000 / rate))

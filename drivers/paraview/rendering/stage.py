@@ -4,6 +4,7 @@ import itertools
 import math
 
 import numpy
+from paraview.servermanager import vtkSMTransferFunctionPresets
 from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
@@ -39,6 +40,18 @@ def poly_data(points, colors, triangles=None):
     return data
 
 
+def set_colormap(table, colormap):
+    """`colormap`: name of a ParaView preset, or colours at even distances."""
+    if isinstance(colormap, str):
+        # Asked by name: ApplyPreset reports no failure.
+        if not vtkSMTransferFunctionPresets.GetInstance().HasPreset(colormap):
+            fail(f"particles.colormap is '{colormap}', which ParaView does not know")
+        table.ApplyPreset(colormap, True)
+        return
+    table.ColorSpace = "Lab"
+    table.RGBPoints = [x for n, color in enumerate(colormap) for x in (n / (len(colormap) - 1), *rgb(color))]
+
+
 class Stage:
     def __init__(self, simple, look, series, reader, chosen):
         self.simple, self.look, self.series, self.reader, self.chosen = simple, look, series, reader, chosen
@@ -46,6 +59,7 @@ class Stage:
         self.remark_strangers()
         self.field = self.chosen_field()
         self.shown = []  # proxies of the present frame
+        self.legend = None
         self.meshes = {}  # of colliders by name, with the corners they were made from: most stay where they are
         self.domain = look.crop() or series.domain() or self.bounds_of_material()
         self.subject = self.bounds_of_material() if look["camera.fit"] == "material" else self.domain
@@ -185,8 +199,7 @@ class Stage:
             table.Annotations = [text for i, name in enumerate(self.materials) for text in (str(i), name)]
             table.IndexedColors = [c for i in range(len(self.materials)) for c in self.material_color(i)]
         else:
-            if not table.ApplyPreset(look["particles.colormap"], True):
-                fail(f"particles.colormap is '{look['particles.colormap']}', which ParaView does not know")
+            set_colormap(table, look["particles.colormap"])
             table.RescaleTransferFunction(*color_range(self.reader, self.chosen, look, field))
             table.NanColor = [1.0, 0.0, 1.0]
         if look["picture.legend"]:
@@ -198,6 +211,7 @@ class Stage:
         unit_name = self.series.unit(self.chosen[-1], self.field)
         component = self.look["particles.component"]
         title = self.field.replace("_", " ") + ("" if component == "magnitude" else f" [{component}]")
+        title = "speed" if title == "velocity" else title
         legend.Title = title + (f" ({unit_name})" if unit_name != "1" else "")
         legend.ComponentTitle = ""
         legend.TitleColor = legend.LabelColor = rgb(self.look["picture.text_color"])
@@ -210,7 +224,12 @@ class Stage:
         if self.field != "material":
             legend.AutomaticLabelFormat = 0
             legend.LabelFormat = legend.RangeLabelFormat = "%-#.3g"
-        legend.Visibility = 1
+        self.legend = legend
+        self.show_legend(True)
+
+    def show_legend(self, shown):
+        if self.legend is not None:
+            self.legend.Visibility = int(shown)
 
     def field_colors(self, scalars):
         values = numpy_to_vtk(numpy.ascontiguousarray(scalars, float), deep=True)

@@ -15,25 +15,28 @@ from bulkley.values import shown_field, values_of
 if TYPE_CHECKING:
     from bulkley.run_folder import Run
 
-KINDS = (".gif", ".mp4")
+KINDS = (".gif", ".mp4", ".webp")
 PAINTERS = ("paraview", "matplotlib")
 
 
 def movie(run: "Run", path: str | os.PathLike, *, field: str | None = None, component: str | int | None = None,
-          rate: float = 20.0, by: str | None = None, look: str | os.PathLike | None = None) -> pathlib.Path:
-    """Writes a film of all frames to `path`, .gif or (with ffmpeg) .mp4; returns it.
+          rate: float = 20.0, by: str | None = None, look: str | os.PathLike | None = None,
+          largest: float = 2000.0) -> pathlib.Path:
+    """Writes a film of all frames to `path`, .gif, .webp or (with ffmpeg) .mp4; returns it.
 
     `field`, `component`: the colours, by default the speed; `rate`: frames a second; `by`: "paraview", the default where
-    pvpython is, or "matplotlib", particles as dots; `look`: a file for ParaView (docs/rendering.md). Raises DataError in one
-    sentence.
+    pvpython is, or "matplotlib", particles as dots; `look`: a file for ParaView (docs/rendering.md); `largest`: kilobytes that ParaView's
+    .gif or .webp may have, and is drawn smaller to have. Raises DataError in one sentence.
     """
     path = pathlib.Path(path)
     if path.suffix.lower() not in KINDS:
-        raise DataError(f"a film's name ends in {' or '.join(KINDS)}, and '{path}' does not")
+        raise DataError(f"a film's name ends in {', '.join(KINDS[:-1])} or {KINDS[-1]}, and '{path}' does not")
     if path.suffix.lower() == ".mp4" and shutil.which("ffmpeg") is None:
         raise DataError(f"'{path}' needs ffmpeg, which is not installed; a film that ends in .gif does not")
     if not 0.0 < rate <= 50.0:
         raise DataError(f"'rate' is {rate!r} and must be above 0 and at most 50 frames a second")
+    if not largest >= 1.0:
+        raise DataError(f"'largest' is {largest!r} and must be at least 1 kilobyte")
     if not run.frames:
         raise DataError(f"'{run.folder}' has no frames: set output.frame_interval")
     painter = painter_of(by, look)
@@ -41,7 +44,7 @@ def movie(run: "Run", path: str | os.PathLike, *, field: str | None = None, comp
     if painter == "paraview":
         options = {"--field": field, "--component": component, "--look": look}
         render(run.folder, path, [word for name, value in options.items() if value is not None for word in (name, str(value))]
-               + ["--rate", f"{rate:g}"])
+               + ["--rate", f"{rate:g}", "--largest", f"{largest:g}"])
     else:
         animate(run, path, field, component, rate)
     return path
@@ -89,7 +92,7 @@ def animate(run: "Run", path: pathlib.Path, field: str | None, component: str | 
     low, high = min(r[0] for r in ranges), max(r[1] for r in ranges)
     figure = Figure(figsize=(7.2, 4.8), dpi=100)
     FigureCanvasAgg(figure)
-    writer = (PillowWriter if path.suffix.lower() == ".gif" else FFMpegWriter)(fps=rate)
+    writer = (FFMpegWriter if path.suffix.lower() == ".mp4" else PillowWriter)(fps=rate)
     with writer.saving(figure, str(path), dpi=100):
         for frame in run.frames:
             figure.clear()

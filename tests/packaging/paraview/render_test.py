@@ -78,7 +78,9 @@ class Faults(unittest.TestCase):
         self.expect("is not KEY=VALUE", *png, "--set", "camera.zoom")
         self.expect("--frame is '0,9' and must be", *png, "--frame", "0,9")
         self.expect("--field is 'speed'", *png, "--field", "speed")
-        self.expect("must end in .mp4 or .gif", "--animation", FOLDER / "film.avi")
+        self.expect("must end in .mp4, .gif or .webp", "--animation", FOLDER / "film.avi")
+        self.expect("--largest is 0.5 and must be at least 1", "--animation", FOLDER / "film.gif", "--largest", "0.5")
+        self.expect("particles.colormap is ['#00ff00'] and must be", *png, "--set", 'particles.colormap=["#00ff00"]')
         self.expect("must end in .png", "--strip", FOLDER / "strip.jpg")
         if not shutil.which("ffmpeg"):
             self.expect("an MP4 needs ffmpeg (Debian: apt-get install ffmpeg)", "--animation", FOLDER / "film.mp4")
@@ -110,6 +112,15 @@ class Pictures(unittest.TestCase):
         self.assertGreater(darker.mean(), 0.01)
         self.assertLess(darker.mean(), 0.3)
 
+    def test_colormap_is_a_list_of_colours_or_a_preset_that_is_known(self):
+        shades = ["--frame", "0", *(words for words in PLAIN if "particles.field" not in words), "--field", "volume_ratio"]
+        low, high = 'particles.colormap=["#00ff00", "#0000ff"]', "particles.range=[{}]"
+        self.assertGreater(share(drawn("low.png", *shades, "--set", low, "--set", high.format("5.0, 6.0")), 1), 0.01)
+        self.assertGreater(share(drawn("high.png", *shades, "--set", low, "--set", high.format("-6.0, -5.0")), 2), 0.01)
+        result = render("--output", FOLDER / "unknown.png", "--field", "volume_ratio", "--colormap", "Lajolla")
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("particles.colormap is 'Lajolla', which ParaView does not know", result.stderr)
+
     def test_crop_leaves_material_out(self):
         look = FOLDER / "crop.toml"
         look.write_text("[crop]\nlower = [0.0, 0.0, 0.0]\nupper = [0.5, 0.8, 0.6]\n[camera]\ndirection = [0, -1, 0]\n")
@@ -132,12 +143,31 @@ class Sequences(unittest.TestCase):
             self.assertGreater(numpy.mean(numpy.abs(tile - tile[-1, 0]).sum(axis=2) > 90), 0.02)
         self.assertGreater(numpy.mean(numpy.abs(tiles[0] - tiles[2]).sum(axis=2) > 90), 0.02, "another one")
 
+    def test_strip_has_its_legend_once(self):
+        path = FOLDER / "legend.png"
+        result = render("--strip", path, "--frame", "0,0", "--field", "volume_ratio", "--size", "320x240", "--no-floor",
+                        *[f"--set={key}" for key in ("picture.legend=true", "colliders.show=false", "light.samples=6")])
+        self.assertEqual(result.returncode, 0, result.stderr)
+        first, second = numpy.array_split(numpy.asarray(Image.open(path).convert("RGB")).astype(int), 2, axis=1)
+        dark = [numpy.mean(part[:, int(0.86 * part.shape[1]):].sum(axis=2) < 500) for part in (first, second)]
+        self.assertGreater(dark[0], 0.005)
+        self.assertLess(dark[1], 0.2 * dark[0])
+
     def test_animation(self):
         path = FOLDER / "film.gif"
         result = render("--animation", path, *SMALL)
         self.assertEqual(result.returncode, 0, result.stderr)
         with Image.open(path) as film:
             self.assertEqual(film.n_frames, 3)
+        with Image.open(path) as film:
+            width, most = film.width, path.stat().st_size / 2000
+        for name in ("small.gif", "small.webp"):
+            result = render("--animation", FOLDER / name, *SMALL, "--largest", f"{most:.3f}")
+            self.assertEqual(result.returncode, 0, result.stderr)
+            self.assertLessEqual((FOLDER / name).stat().st_size, 1000 * most)
+            with Image.open(FOLDER / name) as film:
+                self.assertEqual(film.n_frames, 3)
+                self.assertTrue(film.width < width or name.endswith(".webp"), film.width)
         if shutil.which("ffmpeg"):
             path = FOLDER / "film.mp4"
             self.assertEqual(render("--animation", path, *SMALL).returncode, 0)
