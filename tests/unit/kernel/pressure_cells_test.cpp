@@ -346,9 +346,10 @@ TEST(UpdateVolumes, KeepsTheVolumesOfWhatIsCarried) {
     EXPECT_NEAR(kept, dilation, 1e-14 * std::abs(dilation) + 1e-18);
     if (relaxation > 0.0) continue;
     const LocalIndex first = step.members[5];
-    for (const LocalIndex p : step.members)
-      if (!carried[static_cast<std::size_t>(p)])
-        EXPECT_NEAR(step.growth(p) * step.slope(p), step.growth(first) * step.slope(first), 1e-9 * step.slope(p));
+    for (const LocalIndex p : step.members) {
+      if (carried[static_cast<std::size_t>(p)]) continue;
+      EXPECT_NEAR(step.growth(p) * step.slope(p), step.growth(first) * step.slope(first), 1e-9 * step.slope(p));
+    }
   }
   for (const bool parted : {false, true}) {  // all are carried
     Step step({0, 2});
