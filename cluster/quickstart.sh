@@ -37,10 +37,10 @@ cluster/install_packages.sh --program
 cluster/install_packages.sh --pictures </dev/null >"$picture_log" 2>&1 &
 installing=$!
 
-stage build "2/5 build of the program: two minutes; meanwhile packages for pictures are installed (log: $picture_log)"
+stage build "2/5 build of the program: four minutes; meanwhile packages for pictures are installed (log: $picture_log)"
 cluster/build.sh --program
 
-stage run "3/5 run of drivers/scenes/$scene.toml on 2 ranks: a minute"
+stage run "3/5 run of drivers/scenes/$scene.toml on 2 ranks: seconds"
 . cluster/environment.sh
 mpirun -n 2 build/bulkley run "drivers/scenes/$scene.toml" --out "$output" --overwrite </dev/null
 
