@@ -132,7 +132,7 @@ def check_movie(run, work):
         expect(run.movie("by.gif", field="velocity", rate=5) == pathlib.Path("by.gif"), "a film by ParaView")
         words = pathlib.Path("words").read_text(encoding="utf-8").split()
         expect(words == [str(find_shared("paraview", "render.py")), "--run", "run", "--animation", "by.gif", "--field", "velocity",
-                         "--rate", "5"], f"the command of ParaView: {words}")
+                         "--rate", "5", "--largest", "2000"], f"the command of ParaView: {words}")
         refuses(lambda: run.movie("no.gif", field="nope"), "ParaView did not draw 'no.gif': no field nope")
 
 
