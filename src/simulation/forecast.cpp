@@ -95,11 +95,6 @@ constexpr double library_bytes = 5.0e6;
 // The matrix of the pressure, ours and PETSc's, and GAMG for it, of a cell with particles: measured likewise (Jacobi: 7 kB).
 constexpr double petsc_bytes_per_cell = 1.0e4;
 
-// The nodes of the pool are made anew when material spreads: the old ones are there until the new ones are.
-double regrown_bytes(const Scene& scene, const RankTraffic& rank) {
-  return scene.transfer.n_exchanges() * sizeof(Node) * static_cast<double>(rank.n_pool_nodes);
-}
-
 // What implicit parts add, bytes. A row of the pressure keeps its entries in double and in single precision and where its nodes are.
 double implicit_bytes(const Scene& scene, const RankTraffic& rank) {
   const TimeStepSettings& settings = scene.time_stepping;
@@ -119,8 +114,8 @@ double implicit_bytes(const Scene& scene, const RankTraffic& rank) {
   return bytes;
 }
 
-// Bytes by rank: particles with their work arrays, nodes of the pool and as many owned ones, the map of tiles, implicit parts, the
-// array that grows, and where the grid is written its DMDA and a vector.
+// Bytes by rank: particles with their work arrays, nodes of the pool, twice because they are made anew before the old ones go when
+// material spreads, and as many owned ones, the map of tiles, implicit parts, and where the grid is written its DMDA and a vector.
 std::vector<double> memory_estimates(const Scene& scene, const Partition& partition,
                                      const std::vector<RankTraffic>& traffic) {
   const ParticleSet sample(optional_fields(scene));
@@ -132,9 +127,9 @@ std::vector<double> memory_estimates(const Scene& scene, const Partition& partit
   std::vector<double> bytes;
   for (const RankTraffic& rank : traffic)
     bytes.push_back(library_bytes + tables + per_particle * static_cast<double>(rank.n_particles) +
-                    2.0 * vectors * sizeof(Node) * static_cast<double>(rank.n_pool_nodes) +
+                    3.0 * vectors * sizeof(Node) * static_cast<double>(rank.n_pool_nodes) +
                     sizeof(LocalIndex) * (tile_nodes + footprint) * static_cast<double>(rank.n_tiles) +
-                    implicit_bytes(scene, rank) + regrown_bytes(scene, rank));
+                    implicit_bytes(scene, rank));
   if (!scene.output.grid) return bytes;
   const FieldBoxes boxes = field_boxes(node_fields(scene.grid), static_cast<int>(bytes.size()));
   for (std::size_t rank = 0; rank < bytes.size(); ++rank)
