@@ -112,7 +112,8 @@ std::vector<PartitionRow> rows_of(const PartitionTask& task, PartitionMethod met
       add("handed on", seconds, changed[0]);
       add("straight", seconds, changed[1]);
     }
-    if (left && method == PartitionMethod::bisection && n_ranks > 1) {
+    const bool cuts = method == PartitionMethod::bisection || method == PartitionMethod::hilbert;
+    if (left && cuts && n_ranks > 1) {
       Partition changed;
       double seconds = time_of([&] { changed = *recut(task.grid, task.load, *left, KeptCuts::tight_tolerance); });
       add("kept within 2 %", seconds, changed);

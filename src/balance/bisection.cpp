@@ -8,7 +8,7 @@
 // How a cut is found.
 //
 // Tiles of a region are numbered along each axis a within the box around them, by (c_a, c_{a+1}, c_{a+2}): a cut is a number.
-// All three axes are searched at once. In each round the interval that holds the cut is divided into bins; the loads and
+// All axes are searched at once; a curve has one, along which its places are numbered likewise. In each round the interval that holds the cut is divided into bins; the loads and
 // numbers of tiles in them, summed over the participants, say in which bin the share of the lower side is reached, and the
 // search continues there until bins are single tiles: two rounds for 64^3 tiles in the box, four for 2600^3. All sums are of
 // integers, so that the answer depends neither on their order nor on who holds which tile.
@@ -66,18 +66,19 @@ Share share_of(GlobalIndex total, GlobalIndex n_tiles, int n_ranks) {
   __extension__ using Wide = __int128;
   const int below = CutTree::n_below(n_ranks);
   const GlobalIndex rest = n_tiles - (n_ranks - below);  // leaves a tile for each rank above
-  return {static_cast<GlobalIndex>(Wide{total} * below / n_ranks), std::max<GlobalIndex>(0, std::min<GlobalIndex>(below, rest)),
+  return {static_cast<GlobalIndex>(Wide{total} * below / n_ranks),
+          std::max<GlobalIndex>(0, std::min<GlobalIndex>(below, rest)),
           std::min(n_tiles, std::max<GlobalIndex>(below, rest))};
 }
 
-using Axes = std::array<Numbering, 3>;
-using Numbers = std::array<GlobalIndex, 3>;  // of tiles, along each axis
+using Axes = std::vector<Numbering>;         // all three, or the one of a curve
+using Numbers = std::array<GlobalIndex, 3>;  // of tiles, along each of the axes
 
 // For each axis the number of the first tile above the cut.
 Numbers search(std::span<const TileRecord> records, const Axes& axes, const Share& share, RegionSums& sums) {
   std::array<Interval, 3> intervals;
   intervals.fill({0, axes[0].size()});
-  std::vector<GlobalIndex> bins(3 * 2 * n_bins);  // load and number of tiles
+  std::vector<GlobalIndex> bins(axes.size() * 2 * n_bins);  // load and number of tiles
   const auto bin = [&bins](std::size_t a, GlobalIndex n) {
     return std::span(bins).subspan(2 * (a * n_bins + static_cast<std::size_t>(n)), 2);
   };
@@ -86,14 +87,14 @@ Numbers search(std::span<const TileRecord> records, const Axes& axes, const Shar
     width = (intervals[0].size + n_bins - 1) / n_bins;
     std::fill(bins.begin(), bins.end(), 0);
     for (const TileRecord& record : records)
-      for (std::size_t a = 0; a < 3; ++a) {
+      for (std::size_t a = 0; a < axes.size(); ++a) {
         const GlobalIndex n = axes[a].number(record.at) - intervals[a].begin;
         if (n < 0 || n >= intervals[a].size) continue;
         bin(a, n / width)[0] += record.weight;
         ++bin(a, n / width)[1];
       }
     sums.combine(bins, bins.size());
-    for (std::size_t a = 0; a < 3; ++a) {
+    for (std::size_t a = 0; a < axes.size(); ++a) {
       GlobalIndex n = 0;  // the last bin at whose beginning there is room for more below
       Interval next = intervals[a];
       const auto after = [&] {
@@ -132,24 +133,24 @@ Cut just_above(const Numbering& axis, Int3 tile) {
 }
 
 // The cuts, moved to the middle of the empty space that they are in.
-std::array<Cut, 3> centred(std::span<const TileRecord> records, const Axes& axes, const Numbers& thresholds,
-                           RegionSums& sums) {
-  std::array<GlobalIndex, 6> nearest;  // the negative of the last number below, the first above
-  nearest.fill(none);
+std::vector<Cut> centred(std::span<const TileRecord> records, const Axes& axes, const Numbers& thresholds,
+                         RegionSums& sums) {
+  const std::size_t n_axes = axes.size();
+  std::vector<GlobalIndex> nearest(2 * n_axes, none);  // the negative of the last number below, the first above
   for (const TileRecord& record : records)
-    for (std::size_t a = 0; a < 3; ++a) {
+    for (std::size_t a = 0; a < n_axes; ++a) {
       const GlobalIndex n = axes[a].number(record.at);
-      GlobalIndex& limit = nearest[n < thresholds[a] ? a : 3 + a];
+      GlobalIndex& limit = nearest[n < thresholds[a] ? a : n_axes + a];
       limit = std::min(limit, n < thresholds[a] ? -n : n);
     }
   sums.combine(nearest, 0);
-  std::array<Cut, 3> cuts;
-  for (std::size_t a = 0; a < 3; ++a) {
-    const bool some_below = nearest[a] != none, some_above = nearest[3 + a] != none;
+  std::vector<Cut> cuts(n_axes);
+  for (std::size_t a = 0; a < n_axes; ++a) {
+    const bool some_below = nearest[a] != none, some_above = nearest[n_axes + a] != none;
     if (some_below && some_above)
-      cuts[a] = between(axes[a], axes[a].tile(-nearest[a]), axes[a].tile(nearest[3 + a]));
+      cuts[a] = between(axes[a], axes[a].tile(-nearest[a]), axes[a].tile(nearest[n_axes + a]));
     else if (some_above)
-      cuts[a] = {axes[a].axis(), axes[a].tile(nearest[3 + a])};
+      cuts[a] = {axes[a].axis(), axes[a].tile(nearest[n_axes + a])};
     else
       cuts[a] = just_above(axes[a], axes[a].tile(-nearest[a]));
   }
@@ -209,12 +210,13 @@ bool Bisection::serves(const Region& region, int n_ranks, int depth) const {
          static_cast<double>(region.load - region.old_load) <= bound * (n_ranks - below);
 }
 
-Cut Bisection::best_cut(std::span<const TileRecord> records, const Region& region, int n_ranks, const std::optional<Cut>& old,
-                        RegionSums& sums) const {
-  const Axes axes{Numbering(0, region.low, region.high), Numbering(1, region.low, region.high),
-                  Numbering(2, region.low, region.high)};
-  const std::array<Cut, 3> cuts =
+Cut Bisection::best_cut(std::span<const TileRecord> records, const Region& region, int n_ranks,
+                        const std::optional<Cut>& old, RegionSums& sums) const {
+  Axes axes;
+  for (int axis = 0; axis < (cutting_ == Cutting::curve ? 1 : 3); ++axis) axes.emplace_back(axis, region.low, region.high);
+  const std::vector<Cut> cuts =
       centred(records, axes, search(records, axes, share_of(region.load, region.n_tiles, n_ranks), sums), sums);
+  if (cutting_ == Cutting::curve) return cuts[0];
   std::array<GlobalIndex, 3> faces{0, 0, 0};  // of loaded tiles below to tiles above
   for (const TileRecord& record : records)
     for (std::size_t a = 0; a < 3; ++a) {
@@ -236,11 +238,14 @@ Cut Bisection::best_cut(std::span<const TileRecord> records, const Region& regio
   return cuts[best];
 }
 
-std::vector<TileRecord> records_of(const GridGeometry& grid, const TileLoad& load) {
+std::vector<TileRecord> records_of(const GridGeometry& grid, Cutting cutting, const TileLoad& load) {
+  const HilbertCurve curve({grid.n_tiles(0), grid.n_tiles(1), grid.n_tiles(2)});
   std::vector<TileRecord> records;
   records.reserve(load.size());
-  for (std::size_t t = 0; t < load.size(); ++t)
-    records.push_back({grid.tile_coordinates(load.tile[t]), 0, load.weight[t], load.count[t]});
+  for (std::size_t t = 0; t < load.size(); ++t) {
+    const Int3 tile = grid.tile_coordinates(load.tile[t]);
+    records.push_back({cutting == Cutting::curve ? curve.place(tile) : tile, 0, load.weight[t], load.count[t]});
+  }
   return records;
 }
 
@@ -263,10 +268,10 @@ CutTree even_cuts(const GridGeometry& grid, int n_ranks) {
   return {grid, std::move(cuts)};
 }
 
-CutTree bisected(const GridGeometry& grid, const TileLoad& load, int n_ranks, const KeptCuts& kept) {
+CutTree bisected(const GridGeometry& grid, Cutting cutting, const TileLoad& load, int n_ranks, const KeptCuts& kept) {
   if (load.size() == 0) return kept.present ? *kept.present : even_cuts(grid, n_ranks);
-  const Bisection bisection(grid, n_ranks, load.total(), kept);
-  std::vector<TileRecord> records = records_of(grid, load);
+  const Bisection bisection(grid, cutting, n_ranks, load.total(), kept);
+  std::vector<TileRecord> records = records_of(grid, cutting, load);
   std::vector<Cut> cuts(static_cast<std::size_t>(n_ranks - 1));
   WholeRegion all;
   const auto divide = [&](const auto& again, std::span<TileRecord> region, int first, int n, int depth) -> void {
@@ -281,7 +286,7 @@ CutTree bisected(const GridGeometry& grid, const TileLoad& load, int n_ranks, co
     again(again, region.subspan(n_below), first + below, n - below, depth + 1);
   };
   divide(divide, records, 0, n_ranks, 0);
-  return {grid, std::move(cuts)};
+  return {grid, std::move(cuts), cutting};
 }
 
 }  // namespace bulkley

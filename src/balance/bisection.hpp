@@ -1,5 +1,6 @@
 #pragma once
-// Recursive bisection of loaded tiles with ragged cuts: the same code on one process and on the ranks of a region together.
+// Recursive bisection of loaded tiles with ragged cuts, or of the run of a Hilbert curve through them: the same code on one process
+// and on the ranks of a region together.
 
 #include <optional>
 #include <span>
@@ -12,7 +13,7 @@ namespace bulkley {
 
 /// A loaded tile.
 struct TileRecord {
-  Int3 at;             ///< its coordinates
+  Int3 at;             ///< its coordinates, or its place where the curve is cut
   std::int32_t owner;  ///< under the present map; for whoever wants to know. Not used here
   GlobalIndex weight;  ///< > 0; ps
   GlobalIndex count;   ///< particles
@@ -40,7 +41,7 @@ struct KeptCuts {
   /// ones, and rarely need to move. Below zero: none stays. A cut that moves keeps its axis while another has not 20 % fewer faces:
   /// across another axis it would take everything below it along.
   static constexpr double usual_tolerance = 0.05, tight_tolerance = 0.02, no_tolerance = -1.0;
-  const CutTree* present = nullptr;  ///< of as many ranks
+  const CutTree* present = nullptr;  ///< of as many ranks, and of the same Cutting
   double tolerance = usual_tolerance;
 };
 
@@ -48,14 +49,18 @@ struct KeptCuts {
 class Bisection {
  public:
   /// `total`: load of all ranks.
-  Bisection(const GridGeometry& grid, int n_ranks, GlobalIndex total, const KeptCuts& kept = {})
-      : n_tiles_{grid.n_tiles(0), grid.n_tiles(1), grid.n_tiles(2)}, n_ranks_(n_ranks), total_(total), kept_(kept) {}
+  Bisection(const GridGeometry& grid, Cutting cutting, int n_ranks, GlobalIndex total, const KeptCuts& kept = {})
+      : n_tiles_{grid.n_tiles(0), grid.n_tiles(1), grid.n_tiles(2)},
+        cutting_(cutting),
+        n_ranks_(n_ranks),
+        total_(total),
+        kept_(kept) {}
 
   /// The cut of the ranks first .. first + n_ranks - 1, of at least two, `depth` levels below all ranks; `records`: this
   /// participant's part of the region's tiles, in any order. The lower side gets its ranks' share of the load, to within half
   /// a tile, and no side fewer tiles than ranks unless it must. Of the three axes the one with the fewest faces
   /// of loaded tiles below the cut to tiles above it is taken, whether those are loaded or not: so many footprints reach
-  /// across. In empty space the cut lies in the middle. The presence of a tile at a place in the grid is all that decides, so
+  /// across. A curve has one axis. In empty space the cut lies in the middle. The presence of a tile at a place in the grid is all that decides, so
   /// that it does not matter who holds which record. Collective among the participants.
   Cut cut(std::span<const TileRecord> records, int first, int n_ranks, int depth, RegionSums& sums) const;
 
@@ -67,18 +72,20 @@ class Bisection {
                RegionSums& sums) const;
 
   Int3 n_tiles_;
+  Cutting cutting_;
   int n_ranks_;
   GlobalIndex total_;
   KeptCuts kept_;
 };
 
 /// The tiles of a load; without owners.
-std::vector<TileRecord> records_of(const GridGeometry& grid, const TileLoad& load);
+std::vector<TileRecord> records_of(const GridGeometry& grid, Cutting cutting, const TileLoad& load);
 
-/// Plane cuts through the middle, across the longest axis: for grids without any load. Not collective.
+/// Plane cuts through the middle, across the longest axis: for grids without any load, where a curve would leave ranks of a flat
+/// box without tiles. Not collective.
 CutTree even_cuts(const GridGeometry& grid, int n_ranks);
 
 /// The whole tree, from all tiles; even_cuts, or those that are there, where none is loaded. Not collective.
-CutTree bisected(const GridGeometry& grid, const TileLoad& load, int n_ranks, const KeptCuts& kept = {});
+CutTree bisected(const GridGeometry& grid, Cutting cutting, const TileLoad& load, int n_ranks, const KeptCuts& kept = {});
 
 }  // namespace bulkley

@@ -10,7 +10,6 @@
 #include "balance/bisection.hpp"
 #include "balance/diffusion.hpp"
 #include "balance/graph_parts.hpp"
-#include "balance/hilbert.hpp"
 #include "balance/ranges.hpp"
 #include "balance/traffic.hpp"
 #include "bulkley/base/error.hpp"
@@ -89,17 +88,16 @@ std::vector<std::int32_t> parts_of(const TileMap& map, const TileLoad& load) {
   return part;
 }
 
-// The parts by one of the two methods that do not cut boxes.
-std::vector<std::int32_t> free_parts(const GridGeometry& grid, const TileLoad& load, int n_ranks, PartitionNotes& notes) {
-  if (notes.method == PartitionMethod::metis) {
-    const TileGraph graph = tile_graph(grid, load);
-    std::string fault;
-    if (auto part = graph_parts(graph, load, n_ranks, fault))
-      return diffused(graph, load, std::move(*part), n_ranks, target_imbalance);
-    notes.method = PartitionMethod::hilbert;
-    notes.warnings.push_back(fmt::format("METIS cannot divide the tiles ({}); they are cut along a Hilbert curve", fault));
-  }
-  return hilbert_parts(grid, load, n_ranks);
+// Parts of the graph, with loads evened out; none where METIS fails, which leaves them to the curve.
+std::optional<std::vector<std::int32_t>> metis_parts(const GridGeometry& grid, const TileLoad& load, int n_ranks,
+                                                     PartitionNotes& notes) {
+  const TileGraph graph = tile_graph(grid, load);
+  std::string fault;
+  if (auto part = graph_parts(graph, load, n_ranks, fault))
+    return diffused(graph, load, std::move(*part), n_ranks, target_imbalance);
+  notes.method = PartitionMethod::hilbert;
+  notes.warnings.push_back(fmt::format("METIS cannot divide the tiles ({}); they are cut along a Hilbert curve", fault));
+  return std::nullopt;
 }
 
 // Those of `present` while their imbalance allows.
@@ -109,13 +107,19 @@ std::optional<Boxes> boxes_for(const GridGeometry& grid, const TileLoad& load, i
   return cut_boxes(grid, false, load, n_ranks);
 }
 
-// The map where no load decides: that of the boxes, or, where there are none, equal runs of the Hilbert curve through all
-// tiles. That takes much memory on a large grid and is not needed where there is a load: then without tiles.
+// The map where no load decides; where there is a load and there are no boxes, one without tiles.
 TileMap map_without_load(const GridGeometry& grid, const std::optional<Boxes>& boxes, const TileLoad& load, int n_ranks) {
   if (boxes) return map_of_boxes(grid, *boxes);
   if (load.size() > 0) return {n_ranks, {}};
-  const TileLoad equal = tile_load(std::vector<GlobalIndex>(static_cast<std::size_t>(grid.n_tiles()), 1));
-  return {n_ranks, hilbert_parts(grid, equal, n_ranks)};
+  return TileMap(even_cuts(grid, n_ranks));
+}
+
+Partition cut_partition(const GridGeometry& grid, PartitionMethod method, const TileLoad& load, int n_ranks,
+                        const Partition* present) {
+  const Cutting cutting = method == PartitionMethod::hilbert ? Cutting::curve : Cutting::planes;
+  const CutTree* const tree = present ? present->map.tree() : nullptr;
+  if (tree && tree->cutting() == cutting) return *recut(grid, load, *present, KeptCuts::usual_tolerance);
+  return {TileMap(bisected(grid, cutting, load, n_ranks)), {}};
 }
 
 Partition partition_of_boxes(const GridGeometry& grid, bool uniform, const TileLoad& load, int n_ranks) {
@@ -138,18 +142,19 @@ Partition make_partition(const GridGeometry& grid, const PartitionSettings& sett
     note.method = settings.method == PartitionMethod::uniform ? settings.method : PartitionMethod::ranges;
     return partition_of_boxes(grid, note.method == PartitionMethod::uniform, load, n_ranks);
   }
-  if (settings.method == PartitionMethod::bisection) {
-    if (present && present->map.tree()) return *recut(grid, load, *present, KeptCuts::usual_tolerance);
-    return {TileMap(bisected(grid, load, n_ranks)), {}};
-  }
+  const bool too_many = settings.method == PartitionMethod::automatic && load.size() > most_tiles_on_root;
+  if (too_many) note.method = PartitionMethod::bisection;
+  if (note.method == PartitionMethod::bisection || note.method == PartitionMethod::hilbert)
+    return cut_partition(grid, note.method, load, n_ranks, present);
   const std::optional<Boxes> boxes = boxes_for(grid, load, n_ranks, present);
   const TileMap idle = map_without_load(grid, boxes, load, n_ranks);
   const auto by = [&](PartitionMethod method) {
     note.method = method;
-    if (method == PartitionMethod::bisection) return Partition{TileMap(bisected(grid, load, n_ranks)), boxes};
-    std::vector<std::int32_t> part = free_parts(grid, load, n_ranks, note);
-    if (present) part = relabelled(load, part, present->map);
-    return Partition{spread(grid, load, n_ranks, part, idle), boxes};
+    if (method == PartitionMethod::metis)
+      if (auto part = metis_parts(grid, load, n_ranks, note))
+        return Partition{spread(grid, load, n_ranks, present ? relabelled(load, *part, present->map) : *part, idle), boxes};
+    const Cutting cutting = note.method == PartitionMethod::hilbert ? Cutting::curve : Cutting::planes;
+    return Partition{TileMap(bisected(grid, cutting, load, n_ranks)), boxes};
   };
   if (settings.method != PartitionMethod::automatic) return by(settings.method);
 
@@ -171,7 +176,6 @@ Partition make_partition(const GridGeometry& grid, const PartitionSettings& sett
     fastest /= worth_leaving_boxes;
   }
   for (const PartitionMethod method : {PartitionMethod::metis, PartitionMethod::bisection, PartitionMethod::hilbert}) {
-    if (method == PartitionMethod::bisection && load.size() == 0) continue;  // the curve shares empty space more evenly
     Partition trial = by(method);
     if (note.method != method) continue;  // METIS could not, and the curve comes later
     const double time = time_of(trial);
@@ -199,7 +203,7 @@ std::array<Partition, 2> rebalanced(const GridGeometry& grid, const TileLoad& lo
 std::optional<Partition> recut(const GridGeometry& grid, const TileLoad& load, const Partition& present, double tolerance) {
   const CutTree* const tree = present.map.tree();
   if (!tree) return std::nullopt;
-  return Partition{TileMap(bisected(grid, load, tree->n_ranks(), {tree, tolerance})), present.boxes};
+  return Partition{TileMap(bisected(grid, tree->cutting(), load, tree->n_ranks(), {tree, tolerance})), present.boxes};
 }
 
 std::string boxes_text(const std::optional<Boxes>& boxes) {

@@ -41,6 +41,10 @@ TileMap map_of_boxes(const GridGeometry& grid, const Boxes& boxes);
 /// Largest over mean load at which moving tiles stops, and that a partition can be expected to reach.
 inline constexpr double target_imbalance = 1.02;
 
+/// `automatic` takes `bisection`, which needs no root, where more tiles than this hold particles: 2 x 10^8 particles, for which a look
+/// at the balance on the root takes two seconds.
+inline constexpr std::size_t most_tiles_on_root = 400'000;
+
 /// How a partition came about.
 struct PartitionNotes {
   PartitionMethod method = PartitionMethod::uniform;  ///< the one that made it; never `automatic`
@@ -57,13 +61,13 @@ struct PartitionNotes {
 /// a face have one owner. With `present`, its boxes stay while they serve about as well as when they were cut. There are
 /// none where the tiles of the grid do not suffice.
 ///
-/// The map: that of the boxes for `uniform` and `ranges`; chunks of a Hilbert curve through the loaded tiles for `hilbert`;
-/// the regions of recursive cuts for `bisection`, where cuts of `present` stay while they serve (recut), and no boxes are cut;
+/// The map: that of the boxes for `uniform` and `ranges`; runs of a Hilbert curve for `hilbert` and the regions of recursive cuts for
+/// `bisection`, where cuts of `present` stay while they serve (recut), and no boxes are cut;
 /// parts of their graph with few shared nodes for `metis` (Karypis & Kumar 1998, recursive bisection; then moved towards
 /// equal loads); for `automatic` the one of these for which `cost` predicts the fastest step, where boxes are rebalanced and
-/// may be 2 % slower. Parts of the curve and of METIS are numbered for the largest overlap with `present`; without
+/// may be 2 % slower, up to most_tiles_on_root. Parts of METIS are numbered for the largest overlap with `present`; without
 /// it as they come, near ones by near numbers, so that few bytes leave a node of ranks that follow each other. An empty tile
-/// goes to the owner of a nearest loaded one, but under `bisection` to the region that it lies in. Where fewer tiles are loaded than there are ranks, the surplus ranks have none.
+/// goes to the owner of a nearest loaded one, but under `hilbert` and `bisection` to the run or region that it lies in. Where fewer tiles are loaded than there are ranks, the surplus ranks have none.
 ///
 /// Deterministic: the same for the same arguments. Throws UsageError when there are no boxes for `uniform` and `ranges`. Not
 /// collective; expensive for large grids, so that runs do it on the root alone (RootPartitioner).

@@ -1,5 +1,5 @@
 #pragma once
-// Owners of tiles by a tree of cuts: recursive bisection.
+// Owners of tiles by a tree of cuts: recursive bisection, of space or of a Hilbert curve.
 
 #include <cstddef>
 #include <cstdint>
@@ -7,8 +7,13 @@
 #include <vector>
 
 #include "grid/grid_geometry.hpp"
+#include "grid/hilbert_curve.hpp"
 
 namespace bulkley {
+
+/// What cuts divide: space, across any axis; or the Hilbert curve, whose places (HilbertCurve::place) then stand for the
+/// coordinates of tiles, and are cut across the first axis alone.
+enum class Cutting { planes, curve };
 
 /// Where a region of tiles is cut across an axis a: what lies below goes to the first half of the region's ranks. The cut
 /// plane may be broken at a row and a tile (it is ragged), so that loads are even to within a tile: below is every tile
@@ -16,7 +21,7 @@ namespace bulkley {
 class Cut {
  public:
   Cut() = default;
-  /// `threshold`: coordinates of a tile, x first, each from 0 to the number of tiles along its axis.
+  /// `threshold`: coordinates of a tile, x first, each from 0 to the number of tiles along its axis; or a place of the curve.
   Cut(int axis, const Int3& threshold) : bits_(static_cast<std::uint64_t>(axis) << 57 | key(axis, threshold)) {}
   static Cut of_bits(std::uint64_t bits) {
     Cut cut;
@@ -26,47 +31,58 @@ class Cut {
   std::uint64_t bits() const { return bits_; }
 
   int axis() const { return static_cast<int>(bits_ >> 57); }
-  bool below(const Int3& tile) const { return key(axis(), tile) < threshold(); }
+  /// `at`: coordinates, or the place on the curve, of a tile.
+  bool below(const Int3& at) const { return key(axis(), at) < threshold(); }
 
   bool operator==(const Cut&) const = default;
 
  private:
   friend class CutTree;
-  static constexpr int coordinate_bits = 19;  // a grid has at most 2^20 cells, and 4 nodes more, along an axis
+  static constexpr int coordinate_bits = HilbertCurve::digit_bits;
   std::uint64_t threshold() const { return bits_ & ((std::uint64_t{1} << 57) - 1); }
   static std::uint64_t key(int axis, const Int3& tile) {
     const auto at = [&](int n) { return static_cast<std::uint64_t>(tile[static_cast<std::size_t>((axis + n) % 3)]); };
-    return at(0) << 2 * coordinate_bits | at(1) << coordinate_bits | at(2);
+    // A sum: the last coordinate of a threshold may be one more than there are.
+    return (at(0) << 2 * coordinate_bits) + (at(1) << coordinate_bits) + at(2);
   }
 
   std::uint64_t bits_ = 0;
 };
 
 /// Divides all tiles of a grid, empty ones included, among ranks: a region of n ranks is cut, the first n / 2 of them share
-/// what lies below and the others the rest, until each has a region of its own. 8 bytes a rank. Not collective.
+/// what lies below and the others the rest, until each has a region of its own. 8 bytes a rank. A tree that cuts the curve gives
+/// each rank a run of it. Not collective.
 class CutTree {
  public:
   CutTree() = default;
   /// One rank.
   explicit CutTree(const GridGeometry& grid) : CutTree(grid, {}) {}
   /// `cuts`: number r parts the regions of ranks r and r + 1.
-  CutTree(const GridGeometry& grid, std::vector<Cut> cuts)
-      : CutTree({grid.n_tiles(0), grid.n_tiles(1), grid.n_tiles(2)}, std::move(cuts)) {}
-  CutTree(const Int3& n_tiles, std::vector<Cut> cuts) : n_tiles_(n_tiles), cuts_(std::move(cuts)) {}
+  CutTree(const GridGeometry& grid, std::vector<Cut> cuts, Cutting cutting = Cutting::planes)
+      : CutTree({grid.n_tiles(0), grid.n_tiles(1), grid.n_tiles(2)}, std::move(cuts), cutting) {}
+  CutTree(const Int3& n_tiles, std::vector<Cut> cuts, Cutting cutting = Cutting::planes)
+      : n_tiles_(n_tiles), cutting_(cutting), curve_(n_tiles), cuts_(std::move(cuts)) {}
 
   int n_ranks() const { return static_cast<int>(cuts_.size()) + 1; }
   const Int3& n_tiles() const { return n_tiles_; }
   const std::vector<Cut>& cuts() const { return cuts_; }
+  Cutting cutting() const { return cutting_; }
   /// Ranks of the lower side of a region of `n_ranks`.
   static constexpr int n_below(int n_ranks) { return n_ranks / 2; }
   /// The cut of the region of the ranks first .. first + n_ranks - 1, of at least two.
-  static constexpr std::size_t cut_of(int first, int n_ranks) { return static_cast<std::size_t>(first + n_below(n_ranks) - 1); }
+  static constexpr std::size_t cut_of(int first, int n_ranks) {
+    return static_cast<std::size_t>(first + n_below(n_ranks) - 1);
+  }
 
   std::int32_t owner(TileIndex tile) const {
     return owner(Int3{tile / (n_tiles_[1] * n_tiles_[2]), tile / n_tiles_[2] % n_tiles_[1], tile % n_tiles_[2]});
   }
   std::int32_t owner(const Int3& tile) const {
-    const std::uint64_t key[3] = {Cut::key(0, tile), Cut::key(1, tile), Cut::key(2, tile)};
+    return owner_of_place(cutting_ == Cutting::curve ? curve_.place(tile) : tile);
+  }
+  /// Of the tile at this place of the curve, or at these coordinates: at what its cuts divide.
+  std::int32_t owner_of_place(const Int3& at) const {
+    const std::uint64_t key[3] = {Cut::key(0, at), Cut::key(1, at), Cut::key(2, at)};
     int first = 0;
     for (int n = n_ranks(); n > 1;) {
       const Cut cut = cuts_[cut_of(first, n)];
@@ -85,6 +101,8 @@ class CutTree {
 
  private:
   Int3 n_tiles_{0, 0, 0};
+  Cutting cutting_ = Cutting::planes;
+  HilbertCurve curve_;
   std::vector<Cut> cuts_;
 };
 

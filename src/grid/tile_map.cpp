@@ -46,6 +46,7 @@ std::uint64_t TileMap::fingerprint() const {
   } else {
     const auto& cuts = std::get<CutTree>(stored_);
     for (const int n : cuts.n_tiles()) add(static_cast<std::uint32_t>(n));
+    add(static_cast<std::uint64_t>(cuts.cutting()));
     for (const Cut cut : cuts.cuts()) {
       add(cut.bits() >> 32);
       add(cut.bits() & 0xffffffffu);
@@ -64,11 +65,12 @@ std::vector<std::int32_t> TileMap::pack() && {
     return packed;
   }
   const auto tree = std::exchange(std::get<CutTree>(stored_), {});
-  packed.reserve(2 * tree.cuts().size() + 4);
+  packed.reserve(2 * tree.cuts().size() + 5);
   for (const Cut cut : tree.cuts()) {
     packed.push_back(static_cast<std::int32_t>(cut.bits() >> 32));
     packed.push_back(static_cast<std::int32_t>(cut.bits() & 0xffffffffu));
   }
+  packed.push_back(static_cast<std::int32_t>(tree.cutting()));
   packed.insert(packed.end(), tree.n_tiles().begin(), tree.n_tiles().end());
   packed.push_back(1);
   return packed;
@@ -80,12 +82,13 @@ TileMap TileMap::unpack(int n_ranks, std::vector<std::int32_t> packed) {
   if (!is_tree) return {n_ranks, std::move(packed)};
   Int3 n_tiles;
   std::copy_n(packed.end() - 3, 3, n_tiles.begin());
+  const auto cutting = static_cast<Cutting>(packed.end()[-4]);
   std::vector<Cut> cuts;
-  for (std::size_t n = 0; n + 3 < packed.size(); n += 2)
+  for (std::size_t n = 0; n + 4 < packed.size(); n += 2)
     cuts.push_back(Cut::of_bits(std::uint64_t{static_cast<std::uint32_t>(packed[n])} << 32 |
                                 static_cast<std::uint32_t>(packed[n + 1])));
   BULKLEY_ASSERT(static_cast<int>(cuts.size()) + 1 == n_ranks);
-  return TileMap(CutTree(n_tiles, std::move(cuts)));
+  return TileMap(CutTree(n_tiles, std::move(cuts), cutting));
 }
 
 std::size_t TileMap::memory() const {

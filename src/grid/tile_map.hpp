@@ -11,7 +11,7 @@
 namespace bulkley {
 
 /// The owner of every tile of a grid: the rank that holds the tile's particles. A value, the same on every rank; ranks may
-/// own nothing. What it stores is its own affair, a rank for each tile (4 bytes a tile) or a tree of cuts (8 bytes a rank), so
+/// own nothing. What it stores is its own affair, a rank for each tile (4 bytes a tile) or a tree of cuts, of space or of a curve (8 bytes a rank), so
 /// the rest of the program asks for owners and never holds a table of them. No function is collective.
 class TileMap {
  public:

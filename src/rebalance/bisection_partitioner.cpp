@@ -22,7 +22,8 @@ static_assert(sizeof(CensusItem) == 24 && sizeof(TileRecord) == 32, "they are se
 int home_of(TileIndex tile, const TileMap* present, int n_ranks) {
   if (present) return present->owner(tile);
   constexpr std::uint32_t spreading = 2654435769u;  // 2^32 over the golden ratio
-  return static_cast<int>(std::uint64_t{static_cast<std::uint32_t>(tile) * spreading} * static_cast<unsigned>(n_ranks) >> 32);
+  return static_cast<int>(std::uint64_t{static_cast<std::uint32_t>(tile) * spreading} * static_cast<unsigned>(n_ranks) >>
+                          32);
 }
 
 TileCensus census_of(std::vector<CensusItem> items, int n_materials) {
@@ -50,7 +51,7 @@ struct Candidate {
 
 }  // namespace
 
-CutTree bisected_together(const Comm& comm, const GridGeometry& grid, std::vector<TileRecord>& records,
+CutTree bisected_together(const Comm& comm, const GridGeometry& grid, Cutting cutting, std::vector<TileRecord>& records,
                           const KeptCuts& kept, SentMessages& sent) {
   RankRange range(comm, 0, comm.size(), sent);
   GlobalIndex total = 0;
@@ -58,7 +59,7 @@ CutTree bisected_together(const Comm& comm, const GridGeometry& grid, std::vecto
   range.combine({&total, 1}, 1);
   if (total == 0) return kept.present ? *kept.present : even_cuts(grid, comm.size());
 
-  const Bisection bisection(grid, comm.size(), total, kept);
+  const Bisection bisection(grid, cutting, comm.size(), total, kept);
   std::uint64_t mine = 0;  // the cut between this rank and the next
   for (int depth = 0; range.size() > 1; ++depth) {
     const Cut cut = bisection.cut(records, range.first(), range.size(), depth, range);
@@ -71,7 +72,7 @@ CutTree bisected_together(const Comm& comm, const GridGeometry& grid, std::vecto
   std::vector<Cut> cuts;
   cuts.reserve(all.size());
   for (std::size_t n = 0; n + 1 < all.size(); ++n) cuts.push_back(Cut::of_bits(all[n]));
-  return {grid, std::move(cuts)};
+  return {grid, std::move(cuts), cutting};
 }
 
 TileCensus merged_census(const Comm& comm, const TileCensus& local, const TileMap* present, SentMessages& sent) {
@@ -97,15 +98,16 @@ TileCensus merged_census(const Comm& comm, const TileCensus& local, const TileMa
 PartitionProposal BisectionPartitioner::find(const Comm& comm, const PartitionRequest& request) {
   const GridGeometry& grid = request.grid;
   const TileMap* const present = request.present ? &request.present->map : nullptr;
-  const CutTree* const old = present ? present->tree() : nullptr;
+  const CutTree* const tree = present ? present->tree() : nullptr;
+  const CutTree* const old = tree && tree->cutting() == cutting_ ? tree : nullptr;
   SentMessages sent;
   const TileLoad load = tile_load(merged_census(comm, request.census, present, sent), request.cost);
-  std::vector<TileRecord> records = records_of(grid, load);
+  std::vector<TileRecord> records = records_of(grid, cutting_, load);
   for (TileRecord& record : records) record.owner = comm.rank();
   const GlobalIndex n_here = std::accumulate(load.count.begin(), load.count.end(), GlobalIndex{0});
   const auto tried = [&](const KeptCuts& kept) {
     std::vector<TileRecord> moved = records;
-    Candidate candidate{bisected_together(comm, grid, moved, kept, sent)};
+    Candidate candidate{bisected_together(comm, grid, cutting_, moved, kept, sent)};
     GlobalIndex here = 0, n_stay = 0, n_arrive = 0;
     for (const TileRecord& record : moved) {
       here += record.weight;
@@ -119,7 +121,7 @@ PartitionProposal BisectionPartitioner::find(const Comm& comm, const PartitionRe
   };
 
   PartitionProposal proposal;
-  proposal.notes.method = PartitionMethod::bisection;
+  proposal.notes.method = cutting_ == Cutting::curve ? PartitionMethod::hilbert : PartitionMethod::bisection;
   const auto propose = [&](Candidate candidate) {
     if (old && candidate.tree == *old) return;
     proposal.partition = Partition{TileMap(std::move(candidate.tree)), {}};
@@ -138,8 +140,7 @@ PartitionProposal BisectionPartitioner::find(const Comm& comm, const PartitionRe
   if (now - reachable < least_gain * now || (now - reachable) * *request.horizon <= rebuild) return proposal;
 
   std::vector<KeptCuts> ways{{}};
-  if (old)
-    ways = {{old, KeptCuts::usual_tolerance}, {old, KeptCuts::tight_tolerance}, {old, KeptCuts::no_tolerance}};
+  if (old) ways = {{old, KeptCuts::usual_tolerance}, {old, KeptCuts::tight_tolerance}, {old, KeptCuts::no_tolerance}};
   std::optional<Candidate> best;
   double most = 0.0;  // saved over the horizon, less the cost, s
   for (const KeptCuts& way : ways) {

@@ -1,5 +1,5 @@
 #pragma once
-// The partitioner of `bisection`: no root, and no rank that sees all tiles.
+// The partitioner of `bisection` and `hilbert`: no root, and no rank that sees all tiles.
 
 #include "balance/bisection.hpp"
 #include "rebalance/partitioner.hpp"
@@ -11,7 +11,7 @@ namespace bulkley {
 /// sends 3 + n messages for each halving of each region that it is in, n being the rounds of the search for a
 /// cut (bisection.cpp), and one with tiles: O(log^2 P) in all. Then all ranks get all cuts, 8 bytes a rank. Precondition:
 /// each tile is with one rank, whichever. Collective.
-CutTree bisected_together(const Comm& comm, const GridGeometry& grid, std::vector<TileRecord>& records,
+CutTree bisected_together(const Comm& comm, const GridGeometry& grid, Cutting cutting, std::vector<TileRecord>& records,
                           const KeptCuts& kept, SentMessages& sent);
 
 /// The census of the tiles that are this rank's: its own part and those of others merged. Tiles are of those who own them under
@@ -22,8 +22,13 @@ TileCensus merged_census(const Comm& comm, const TileCensus& local, const TileMa
 /// Makes trees of cuts, and follows loads by moving as few cuts as pay. A change is judged by the loads of ranks alone: what
 /// it does to their messages is not predicted, and hardly changes where few cuts move.
 class BisectionPartitioner final : public Partitioner {
- private:
+ public:
+  explicit BisectionPartitioner(Cutting cutting) : cutting_(cutting) {}
+
   PartitionProposal find(const Comm& comm, const PartitionRequest& request) override;
+
+ private:
+  Cutting cutting_;
 };
 
 }  // namespace bulkley

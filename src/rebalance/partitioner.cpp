@@ -2,8 +2,7 @@
 
 #include <array>
 
-#include "rebalance/bisection_partitioner.hpp"
-#include "rebalance/root_partitioner.hpp"
+#include "rebalance/automatic_partitioner.hpp"
 
 namespace bulkley {
 
@@ -28,7 +27,9 @@ PartitionProposal Partitioner::propose(const Comm& comm, const PartitionRequest&
 }
 
 std::unique_ptr<Partitioner> make_partitioner(const PartitionSettings& settings) {
-  if (settings.method == PartitionMethod::bisection) return std::make_unique<BisectionPartitioner>();
+  if (settings.method == PartitionMethod::bisection) return std::make_unique<BisectionPartitioner>(Cutting::planes);
+  if (settings.method == PartitionMethod::hilbert) return std::make_unique<BisectionPartitioner>(Cutting::curve);
+  if (settings.method == PartitionMethod::automatic) return std::make_unique<AutomaticPartitioner>(settings);
   return std::make_unique<RootPartitioner>(settings);
 }
 

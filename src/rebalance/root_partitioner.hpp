@@ -11,8 +11,9 @@ class RootPartitioner final : public Partitioner {
  public:
   explicit RootPartitioner(const PartitionSettings& settings) : settings_(settings) {}
 
- private:
   PartitionProposal find(const Comm& comm, const PartitionRequest& request) override;
+
+ private:
   PartitionProposal find_on_root(const PartitionRequest& request, const TileCensus& census, int n_ranks);
 
   PartitionSettings settings_;

@@ -1,5 +1,6 @@
 // ranks: 1 3 8 64
-// Bisection without a root: the tree of one process, tile for tile, on any number of ranks, and what it takes.
+// Bisection of space and of the curve without a root: the tree of one process, tile for tile, on any number of ranks, and what it
+// takes.
 #include "rebalance/bisection_partitioner.hpp"
 
 #include <gtest/gtest.h>
@@ -80,11 +81,13 @@ std::vector<NamedLoad> all_loads() {
   return result;
 }
 
+constexpr Cutting all_cuttings[] = {Cutting::planes, Cutting::curve};
+
 /// The records that a rank begins with: at random, or all with one rank.
-std::vector<TileRecord> share(const Comm& comm, const NamedLoad& named, bool all_with_last) {
+std::vector<TileRecord> share(const Comm& comm, Cutting cutting, const NamedLoad& named, bool all_with_last) {
   std::vector<TileRecord> records;
   std::mt19937 random(1);
-  for (const TileRecord& record : records_of(named.grid, named.load)) {
+  for (const TileRecord& record : records_of(named.grid, cutting, named.load)) {
     const int owner = all_with_last ? comm.size() - 1 : static_cast<int>(random() % static_cast<unsigned>(comm.size()));
     if (owner == comm.rank()) records.push_back(record);
   }
@@ -94,39 +97,44 @@ std::vector<TileRecord> share(const Comm& comm, const NamedLoad& named, bool all
 
 TEST_F(RankNumbers, TheTreeIsThatOfOneProcess) {
   for_each_number([&](const Comm& comm) {
-    for (const NamedLoad& named : all_loads())
-      for (const bool all_with_last : {false, true}) {
-        std::vector<TileRecord> records = share(comm, named, all_with_last);
-        SentMessages sent;
-        const CutTree tree = bisected_together(comm, named.grid, records, {}, sent);
-        EXPECT_EQ(tree, bisected(named.grid, named.load, comm.size()));
-        // Each rank is left with its own tiles.
-        const TileMap map{tree};
-        std::set<Int3> found, expected;
-        for (const TileRecord& record : records) found.insert(record.at);
-        for (const TileIndex tile : named.load.tile)
-          if (map.owner(tile) == comm.rank()) expected.insert(named.grid.tile_coordinates(tile));
-        EXPECT_EQ(records.size(), found.size());
-        EXPECT_EQ(found, expected);
-      }
+    for (const Cutting cutting : all_cuttings)
+      for (const NamedLoad& named : all_loads())
+        for (const bool all_with_last : {false, true}) {
+          std::vector<TileRecord> records = share(comm, cutting, named, all_with_last);
+          SentMessages sent;
+          const CutTree tree = bisected_together(comm, named.grid, cutting, records, {}, sent);
+          EXPECT_EQ(tree, bisected(named.grid, cutting, named.load, comm.size()));
+          // Each rank is left with its own tiles.
+          const TileMap map{tree};
+          std::set<Int3> found, expected;
+          for (const TileRecord& record : records) found.insert(record.at);
+          for (const TileRecord& record : records_of(named.grid, cutting, named.load))
+            if (tree.owner_of_place(record.at) == comm.rank()) expected.insert(record.at);
+          EXPECT_EQ(records.size(), found.size());
+          EXPECT_EQ(found, expected);
+          std::size_t n_owned = 0;
+          for (const TileIndex tile : named.load.tile) n_owned += map.owner(tile) == comm.rank();
+          EXPECT_EQ(n_owned, expected.size());
+        }
   });
 }
 
 TEST_F(RankNumbers, KeptCutsAreThoseOfOneProcess) {
   for_each_number([&](const Comm& comm) {
-    for (const NamedLoad& before : all_loads()) {
-      const CutTree present = bisected(before.grid, before.load, comm.size());
-      NamedLoad after = before;
-      for (std::size_t t = 0; t < after.load.size(); ++t)
-        after.load.weight[t] += after.load.weight[t] * after.grid.tile_coordinates(after.load.tile[t])[1] / 100;
-      for (const double tolerance : {KeptCuts::tight_tolerance, KeptCuts::usual_tolerance}) {
-        std::vector<TileRecord> records = share(comm, after, false);
-        SentMessages sent;
-        const KeptCuts kept{&present, tolerance};
-        EXPECT_EQ(bisected_together(comm, after.grid, records, kept, sent),
-                  bisected(after.grid, after.load, comm.size(), kept));
+    for (const Cutting cutting : all_cuttings)
+      for (const NamedLoad& before : all_loads()) {
+        const CutTree present = bisected(before.grid, cutting, before.load, comm.size());
+        NamedLoad after = before;
+        for (std::size_t t = 0; t < after.load.size(); ++t)
+          after.load.weight[t] += after.load.weight[t] * after.grid.tile_coordinates(after.load.tile[t])[1] / 100;
+        for (const double tolerance : {KeptCuts::tight_tolerance, KeptCuts::usual_tolerance}) {
+          std::vector<TileRecord> records = share(comm, cutting, after, false);
+          SentMessages sent;
+          const KeptCuts kept{&present, tolerance};
+          EXPECT_EQ(bisected_together(comm, after.grid, cutting, records, kept, sent),
+                    bisected(after.grid, cutting, after.load, comm.size(), kept));
+        }
       }
-    }
   });
 }
 
@@ -135,12 +143,12 @@ TEST_F(RankNumbers, KeptCutsAreThoseOfOneProcess) {
 TEST_F(RankNumbers, MessagesGrowWithTheSquareOfTheLogarithm) {
   for_each_number([&](const Comm& comm) {
     const NamedLoad named = all_loads()[1];
-    std::vector<TileRecord> records = share(comm, named, false);
+    std::vector<TileRecord> records = share(comm, Cutting::planes, named, false);
     SentMessages sent;
-    bisected_together(comm, named.grid, records, {}, sent);
+    bisected_together(comm, named.grid, Cutting::planes, records, {}, sent);
     const GlobalIndex levels = std::bit_width(static_cast<unsigned>(comm.size() - 1));
     const bool power = std::has_single_bit(static_cast<unsigned>(comm.size()));
-    constexpr GlobalIndex n_rounds = 2, n_sums = n_rounds + 3;  // 15 x 19 x 11 tiles
+    constexpr GlobalIndex n_rounds = 2, n_sums = n_rounds + 3;                     // 15 x 19 x 11 tiles
     const GlobalIndex law = n_sums * levels * (levels + 1) / 2 + levels + levels;  // the last: the total load
     if (power) {
       EXPECT_LE(sent.messages, law);
@@ -164,7 +172,7 @@ TEST_F(RankNumbers, MemoryIsThatOfTilesAndCutsNotOfTheGrid) {
       if (static_cast<int>(n % static_cast<std::size_t>(comm.size())) == comm.rank()) records.push_back(all[n]);
     const std::size_t before = most_bytes = n_bytes;
     SentMessages sent;
-    const CutTree tree = bisected_together(comm, grid, records, {}, sent);
+    const CutTree tree = bisected_together(comm, grid, Cutting::planes, records, {}, sent);
     const std::size_t used = most_bytes - before;
     const auto n_ranks = static_cast<std::size_t>(comm.size());
     // Of records those kept, those given and those before, each in a vector that grows by doubling; histograms of 12 kB with those

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <functional>
 
+#include "rebalance/automatic_partitioner.hpp"
 #include "rebalance/balancer.hpp"
 #include "rebalance/share.hpp"
 #include "support/solver_run.hpp"
@@ -93,9 +94,13 @@ TEST_F(PartitionerTest, EveryRankComputesTheSameMap) {
 TEST_F(PartitionerTest, SharingGivesEveryRankTheRootsPartition) {
   for (const GridGeometry& shape : {grid_of_cells({50, 60, 70}), grid_of_cells({4, 4, 4}, {true, true, true})}) {
     const TileLoad load = tile_load(random_load(shape, 3));
-    const Partition cuts = make_partition(shape, {PartitionMethod::bisection}, load, comm.size());
-    EXPECT_EQ(share_partition(comm, comm.is_root() ? cuts : Partition{}).map, cuts.map);
-    const Partition whole = make_partition(shape, {PartitionMethod::hilbert}, load, comm.size());
+    for (const PartitionMethod method : {PartitionMethod::bisection, PartitionMethod::hilbert}) {
+      const Partition cuts = make_partition(shape, {method}, load, comm.size());
+      const Partition shared = share_partition(comm, comm.is_root() ? cuts : Partition{});
+      EXPECT_EQ(shared.map, cuts.map);
+      EXPECT_EQ(shared.map.fingerprint(), cuts.map.fingerprint());
+    }
+    const Partition whole = make_partition(shape, {PartitionMethod::metis}, load, comm.size());
     ASSERT_EQ(whole.boxes.has_value(), comm.size() == 1 || shape.n_tiles() > 1);
     Partition other;  // what a rank has before must not matter
     other.boxes.emplace().n_ranks = {7, 7, 7};
@@ -117,8 +122,7 @@ TEST_F(PartitionerTest, TheSceneOnesMapIsThatOfAllParticles) {
     all.cells[t] = (std::uint64_t{1} << comm.size()) - 1;
   }
   const TileLoad load = tile_load(all, cost);
-  for (const PartitionMethod method :
-       {PartitionMethod::hilbert, PartitionMethod::bisection, PartitionMethod::automatic}) {
+  for (const PartitionMethod method : {PartitionMethod::hilbert, PartitionMethod::bisection, PartitionMethod::automatic}) {
     const auto partitioner = make_partitioner(by(method));
     const PartitionProposal first = partitioner->propose(comm, {grid, mine, cost});
     ASSERT_TRUE(first.partition);
@@ -139,6 +143,30 @@ TEST_F(PartitionerTest, TheSceneOnesMapIsThatOfAllParticles) {
     }
     EXPECT_FALSE(partitioner->propose(comm, {grid, mine, cost, &crowded, 0.0}).partition);  // never pays
   }
+}
+
+// With a root for few tiles; without one for more, until they are half as many.
+TEST_F(PartitionerTest, TheAutomaticOneLeavesTheRootWhenTilesAreMany) {
+  const TileCensus mine = local_census();
+  const auto n_tiles = static_cast<std::size_t>(sum_global(comm, static_cast<GlobalIndex>(mine.size())));
+  const PartitionSettings settings = by(PartitionMethod::automatic);
+  RootPartitioner root(settings);
+  BisectionPartitioner cuts(Cutting::planes);
+  AutomaticPartitioner with(settings, n_tiles), without(settings, n_tiles - 1);
+  const auto map_by = [&](Partitioner& partitioner, const TileCensus& census) {
+    return partitioner.propose(comm, {grid, census, cost}).partition->map;
+  };
+  EXPECT_EQ(map_by(with, mine), map_by(root, mine));
+  EXPECT_EQ(map_by(without, mine), map_by(cuts, mine));
+  EXPECT_TRUE(comm.size() == 1 || comm.size() == 3 || map_by(root, mine) != map_by(cuts, mine)) << "nothing is told apart";
+  TileCensus fewer = mine;
+  const auto keep = [&](std::size_t n) {
+    fewer.tile.resize(n), fewer.cells.resize(n), fewer.count.resize(n * static_cast<std::size_t>(mine.n_materials));
+  };
+  keep(mine.size() - mine.size() / 4);
+  EXPECT_EQ(map_by(without, fewer), map_by(cuts, fewer));
+  keep(mine.size() / 3);
+  EXPECT_EQ(map_by(without, fewer), map_by(root, fewer));
 }
 
 TEST_F(PartitionerTest, AMapThatRanksDoNotShareIsRefused) {

@@ -43,7 +43,7 @@ TEST(CutTreeTest, EveryTileHasTheOwnerThatTheCutsName) {
   const GridGeometry grid = grid_of_cells({30, 50, 40});
   for (const TileLoad& load : loads_of(grid))
     for (const int n_ranks : {1, 2, 3, 5, 8, 13, 31}) {
-      const CutTree tree = bisected(grid, load, n_ranks);
+      const CutTree tree = bisected(grid, Cutting::planes, load, n_ranks);
       const TileMap map{tree};
       std::vector<std::int32_t> table;
       for (TileIndex tile = 0; tile < grid.n_tiles(); ++tile) {
@@ -71,7 +71,7 @@ TEST(BisectionTest, LoadsAreEvenToWithinATile) {
   const GridGeometry grid = grid_of_cells({124, 60, 92});
   for (const TileLoad& load : loads_of(grid))
     for (const int n_ranks : {2, 3, 7, 16, 37, 64, 101}) {
-      const std::vector<GlobalIndex> of_rank = rank_loads(TileMap(bisected(grid, load, n_ranks)), load);
+      const std::vector<GlobalIndex> of_rank = rank_loads(TileMap(bisected(grid, Cutting::planes, load, n_ranks)), load);
       const auto mean = static_cast<double>(load.total()) / n_ranks;
       const auto heaviest = static_cast<double>(*std::max_element(load.weight.begin(), load.weight.end()));
       for (const GlobalIndex l : of_rank) EXPECT_NEAR(static_cast<double>(l), mean, heaviest) << n_ranks << " ranks";
@@ -83,24 +83,24 @@ TEST(BisectionTest, NoRankStarvesBesideOneWithManyTiles) {
   TileLoad load = tile_load(ball_load(grid));
   for (const int n_ranks : {2, 5, 16, 40}) {  // one tile outweighs all others
     load.weight[load.size() / 3] = 1'000'000'000;
-    const Partition partition{TileMap(bisected(grid, load, n_ranks)), {}};
+    const Partition partition{TileMap(bisected(grid, Cutting::planes, load, n_ranks)), {}};
     EXPECT_EQ(n_without_load(partition, load), 0) << n_ranks;
   }
   std::vector<GlobalIndex> counts(static_cast<std::size_t>(grid.n_tiles()), 0);
   counts[7] = 10, counts[130] = 20, counts[400] = 30, counts[401] = 1;
   const TileLoad few = tile_load(counts);
   for (const int n_ranks : {4, 5, 8, 31})
-    EXPECT_EQ(n_without_load({TileMap(bisected(grid, few, n_ranks)), {}}, few), n_ranks - 4) << n_ranks;
+    EXPECT_EQ(n_without_load({TileMap(bisected(grid, Cutting::planes, few, n_ranks)), {}}, few), n_ranks - 4) << n_ranks;
 }
 
 TEST(BisectionTest, LoadsBeyond63BitsTogetherWithRanksAreDividedRight) {
   const GridGeometry grid = grid_of_cells({60, 60, 60});
   TileLoad load = tile_load(ball_load(grid));
-  const CutTree light = bisected(grid, load, 48);
+  const CutTree light = bisected(grid, Cutting::planes, load, 48);
   const GlobalIndex factor = (GlobalIndex{1} << 62) / load.total();
   for (GlobalIndex& weight : load.weight) weight *= factor;
   ASSERT_GT(load.total(), GlobalIndex{1} << 60);
-  EXPECT_EQ(bisected(grid, load, 48), light);
+  EXPECT_EQ(bisected(grid, Cutting::planes, load, 48), light);
 }
 
 // The empty space between two bodies is cut in its middle, a plate across its length.
@@ -112,30 +112,31 @@ TEST(BisectionTest, CutsWhereFewestFootprintsReachAcross) {
     return tile_load(counts);
   };
   const TileLoad drops = of_tiles([](const Int3& at) { return (at[0] == 5 || at[0] == 16) && at[1] < 3 && at[2] < 5; });
-  EXPECT_EQ(bisected(grid, drops, 2).cuts()[0], Cut(0, {11, 0, 0}));
+  EXPECT_EQ(bisected(grid, Cutting::planes, drops, 2).cuts()[0], Cut(0, {11, 0, 0}));
   const TileLoad plate = of_tiles([](const Int3& at) { return at[0] < 4 && at[1] < 3 && at[2] < 14; });
-  EXPECT_EQ(bisected(grid, plate, 2).cuts()[0], Cut(2, {0, 0, 7}));
-  EXPECT_EQ(bisected(grid, plate, 3).cuts()[0], Cut(2, {2, 2, 4}));  // a third of 14 layers of 12 tiles: 56 of 168
+  EXPECT_EQ(bisected(grid, Cutting::planes, plate, 2).cuts()[0], Cut(2, {0, 0, 7}));
+  EXPECT_EQ(bisected(grid, Cutting::planes, plate, 3).cuts()[0],
+            Cut(2, {2, 2, 4}));  // a third of 14 layers of 12 tiles: 56 of 168
   // Two plates face to face are cut apart, although they are longer than far apart.
   const TileLoad plates = of_tiles([](const Int3& at) { return at[0] < 12 && (at[1] == 0 || at[1] == 10) && at[2] < 3; });
-  EXPECT_EQ(bisected(grid, plates, 2).cuts()[0], Cut(1, {0, 5, 0}));
+  EXPECT_EQ(bisected(grid, Cutting::planes, plates, 2).cuts()[0], Cut(1, {0, 5, 0}));
   // A column of 2 x 2 on a foot: a cut through the column has 4 faces, one along it cuts all its layers.
   const TileLoad column = of_tiles([](const Int3& at) {
     return (at[2] == 0 && at[0] < 9 && at[1] < 4) || (at[2] > 0 && at[2] < 13 && at[0] < 2 && at[1] < 2);
   });
-  EXPECT_EQ(bisected(grid, column, 4).cuts()[1].axis(), 2);
+  EXPECT_EQ(bisected(grid, Cutting::planes, column, 4).cuts()[1].axis(), 2);
   const TileLoad cube = of_tiles([](const Int3& at) { return at[0] < 8 && at[1] < 8 && at[2] < 8; });
-  EXPECT_EQ(bisected(grid, cube, 2).cuts()[0], Cut(0, {4, 0, 0}));
+  EXPECT_EQ(bisected(grid, Cutting::planes, cube, 2).cuts()[0], Cut(0, {4, 0, 0}));
 }
 
 TEST(BisectionTest, TheOrderOfTilesDoesNotMatter) {
   const GridGeometry grid = grid_of_cells({60, 44, 52});
   std::mt19937 random(8);
   for (const TileLoad& load : loads_of(grid)) {
-    std::vector<TileRecord> records = records_of(grid, load);
+    std::vector<TileRecord> records = records_of(grid, Cutting::planes, load);
     WholeRegion whole;
     for (const int n_ranks : {2, 9, 64}) {
-      const Bisection bisection(grid, n_ranks, load.total());
+      const Bisection bisection(grid, Cutting::planes, n_ranks, load.total());
       const Cut cut = bisection.cut(records, 0, n_ranks, 0, whole);
       std::shuffle(records.begin(), records.end(), random);
       EXPECT_EQ(bisection.cut(records, 0, n_ranks, 0, whole), cut);
@@ -147,20 +148,20 @@ TEST(BisectionTest, CutsStayWhereTheyServe) {
   const GridGeometry grid = grid_of_cells({252, 124, 124});
   const TileLoad before = tile_load(ball_load(grid));
   constexpr int n_ranks = 64;
-  const CutTree present = bisected(grid, before, n_ranks);
+  const CutTree present = bisected(grid, Cutting::planes, before, n_ranks);
   for (const double tolerance : {0.0, KeptCuts::tight_tolerance, KeptCuts::usual_tolerance})
-    EXPECT_EQ(bisected(grid, before, n_ranks, {&present, std::max(tolerance, 0.02)}), present);
+    EXPECT_EQ(bisected(grid, Cutting::planes, before, n_ranks, {&present, std::max(tolerance, 0.02)}), present);
 
   TileLoad after = before;  // heavier towards one side
   for (std::size_t t = 0; t < after.size(); ++t) after.weight[t] += 4 * grid.tile_coordinates(after.tile[t])[2];
   const auto mean = static_cast<double>(after.total()) / n_ranks;
   const auto heaviest = static_cast<double>(*std::max_element(after.weight.begin(), after.weight.end()));
   const auto moved = [&](const CutTree& tree) { return n_moved(TileMap(present), TileMap(tree), after); };
-  const CutTree anew = bisected(grid, after, n_ranks);
+  const CutTree anew = bisected(grid, Cutting::planes, after, n_ranks);
   GlobalIndex last = moved(anew);
   ASSERT_GT(imbalance(rank_loads(TileMap(present), after)), 1.06);
   for (const double tolerance : {KeptCuts::tight_tolerance, KeptCuts::usual_tolerance}) {
-    const CutTree kept = bisected(grid, after, n_ranks, {&present, tolerance});
+    const CutTree kept = bisected(grid, Cutting::planes, after, n_ranks, {&present, tolerance});
     for (const GlobalIndex load : rank_loads(TileMap(kept), after))
       EXPECT_LE(static_cast<double>(load), (1.0 + tolerance) * mean + heaviest);
     EXPECT_LT(moved(kept), last) << "tolerance " << tolerance;
@@ -172,33 +173,34 @@ TEST(BisectionTest, CutsStayWhereTheyServe) {
   TileLoad few = before;
   for (std::size_t t = 0; t < few.size(); ++t) few.weight[t] = 1;
   const CutTree lopsided(grid, std::vector<Cut>(n_ranks - 1));
-  EXPECT_EQ(n_without_load({TileMap(bisected(grid, few, n_ranks, {&lopsided, 1e9})), {}}, few), 0);
+  EXPECT_EQ(n_without_load({TileMap(bisected(grid, Cutting::planes, few, n_ranks, {&lopsided, 1e9})), {}}, few), 0);
 }
 
 // Without kept cuts the axis stays as long as another has nearly as many faces.
 TEST(BisectionTest, AxesStayWhereOthersAreHardlyBetter) {
   const GridGeometry grid = grid_of_cells({124, 60, 60});
-  for (const auto& [height, axis] : {std::pair{9, 1}, std::pair{12, 0}}) {  // of a block 8 tiles long and wide, cut across y so far
+  for (const auto& [height, axis] :
+       {std::pair{9, 1}, std::pair{12, 0}}) {  // of a block 8 tiles long and wide, cut across y so far
     std::vector<GlobalIndex> counts(static_cast<std::size_t>(grid.n_tiles()), 0);
     for (TileIndex tile = 0; tile < grid.n_tiles(); ++tile) {
       const Int3 at = grid.tile_coordinates(tile);
       counts[tile] = at[0] < height && at[1] < 8 && at[2] < 8 ? 9 : 0;
     }
     const TileLoad load = tile_load(counts);
-    EXPECT_EQ(bisected(grid, load, 2).cuts()[0].axis(), 0);
+    EXPECT_EQ(bisected(grid, Cutting::planes, load, 2).cuts()[0].axis(), 0);
     const CutTree present(grid, {Cut(1, {0, 1, 0})});
-    EXPECT_EQ(bisected(grid, load, 2, {&present, KeptCuts::no_tolerance}).cuts()[0].axis(), axis);
+    EXPECT_EQ(bisected(grid, Cutting::planes, load, 2, {&present, KeptCuts::no_tolerance}).cuts()[0].axis(), axis);
   }
 }
 
 TEST(BisectionTest, WithoutLoadTheGridIsCutEvenly) {
   const GridGeometry grid = grid_of_cells({124, 60, 60});
   for (const int n_ranks : {1, 2, 3, 8, 30}) {
-    const TileMap map{bisected(grid, {}, n_ranks)};
+    const TileMap map{bisected(grid, Cutting::planes, {}, n_ranks)};
     const TileLoad all = tile_load(std::vector<GlobalIndex>(static_cast<std::size_t>(grid.n_tiles()), 1));
     EXPECT_LT(imbalance(rank_loads(map, all)), 1.3) << n_ranks;
     const CutTree other(grid, std::vector<Cut>(static_cast<std::size_t>(n_ranks - 1), Cut(2, {1, 2, 3})));
-    EXPECT_EQ(bisected(grid, {}, n_ranks, {&other}), other);
+    EXPECT_EQ(bisected(grid, Cutting::planes, {}, n_ranks, {&other}), other);
   }
 }
 

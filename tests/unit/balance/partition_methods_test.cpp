@@ -8,10 +8,10 @@
 
 #include "balance/diffusion.hpp"
 #include "balance/graph_parts.hpp"
-#include "balance/hilbert.hpp"
 #include "balance/partition.hpp"
 #include "balance/ranges.hpp"
 #include "balance/traffic.hpp"
+#include "grid/hilbert_curve.hpp"
 #include "support/tile_loads.hpp"
 
 namespace bulkley {
@@ -59,12 +59,34 @@ TEST(Hilbert, VisitsEachCellOnceInStepsOfOne) {
   }
 }
 
-TEST(Hilbert, PartsAreChunksOfTheCurve) {
+// Grids that fill their cube, that are stretched over a smaller one, flat ones, and one tile.
+TEST(Hilbert, PlacesOfTilesAreDifferentAndNearEachOther) {
+  for (const Int3& n : {Int3{16, 16, 16}, Int3{5, 5, 5}, Int3{17, 9, 20}, Int3{1, 9, 3}, Int3{1, 1, 1}}) {
+    const HilbertCurve curve(n);
+    std::map<Int3, Int3> along;
+    for (int x = 0; x < n[0]; ++x)
+      for (int y = 0; y < n[1]; ++y)
+        for (int z = 0; z < n[2]; ++z) {
+          const Int3 place = curve.place({x, y, z});
+          for (const int digit : place) ASSERT_TRUE(digit >= 0 && digit < 1 << HilbertCurve::digit_bits);
+          ASSERT_TRUE(along.emplace(place, Int3{x, y, z}).second) << x << " " << y << " " << z;
+        }
+    if (n[0] != n[1] || n[0] != n[2]) continue;  // the curve leaves a box that is no cube, and comes back elsewhere
+    for (auto next = std::next(along.begin()), here = along.begin(); next != along.end(); ++here, ++next) {
+      int length = 0;
+      for (std::size_t a = 0; a < 3; ++a) length += std::abs(next->second[a] - here->second[a]);
+      EXPECT_LE(length, n[0] == 16 ? 1 : 4);
+    }
+  }
+}
+
+TEST(Hilbert, PartsAreRunsOfTheCurve) {
   const GridGeometry grid = grid_of_cells({60, 60, 60});  // 16 tiles along each axis
   const TileLoad load = tile_load(random_load(grid, 2));
-  const std::vector<std::int32_t> part = hilbert_parts(grid, load, 23);
+  const TileMap map = make_partition(grid, {PartitionMethod::hilbert}, load, 23).map;
   std::map<std::uint64_t, std::int32_t> along;
-  for (std::size_t t = 0; t < load.size(); ++t) along[hilbert_position(grid.tile_coordinates(load.tile[t]), 4)] = part[t];
+  for (TileIndex tile = 0; tile < grid.n_tiles(); ++tile)
+    along[hilbert_position(grid.tile_coordinates(tile), 4)] = map.owner(tile);
   std::int32_t last = 0;
   for (const auto& [position, p] : along) {
     EXPECT_TRUE(p == last || p == last + 1);
@@ -140,8 +162,9 @@ TEST(FreePartition, AnEmptyTileJoinsANearestLoadedOne) {
   const GridGeometry grid = grid_of_cells({60, 28, 12});
   std::vector<GlobalIndex> counts(static_cast<std::size_t>(grid.n_tiles()), 0);
   const TileIndex left = grid.tile_index({1, 4, 1}), right = grid.tile_index({12, 2, 3});
-  counts[left] = counts[right] = 100;
-  const Partition partition = make_partition(grid, by(PartitionMethod::hilbert), tile_load(counts), 2);
+  counts[static_cast<std::size_t>(left)] = counts[static_cast<std::size_t>(right)] = 100;
+  const TileMap present = map_by(grid, 2, [&](TileIndex tile) { return tile == right ? 1 : 0; });
+  const Partition partition = rebalanced(grid, tile_load(counts), {present, {}})[0];
   ASSERT_NE(partition.map.owner(left), partition.map.owner(right));
   for (TileIndex tile = 0; tile < grid.n_tiles(); ++tile) {
     const auto steps_to = [&](TileIndex other) {
@@ -176,8 +199,8 @@ TEST(FreePartition, AutomaticIsTheFastestOfAllOrBoxesThatAreNearlyAsFast) {
         ++n_chosen[notes.method];
         n_rebalanced += notes.rebalanced;
         const double slack = notes.method == PartitionMethod::ranges ? 1.02 : 1.0;
-        for (const PartitionMethod method : {PartitionMethod::ranges, PartitionMethod::hilbert, PartitionMethod::bisection,
-                                             PartitionMethod::metis}) {
+        for (const PartitionMethod method :
+             {PartitionMethod::ranges, PartitionMethod::hilbert, PartitionMethod::bisection, PartitionMethod::metis}) {
           const double other = time(make_partition(named.grid, by(method), named.load, n_ranks, nullptr, cost));
           EXPECT_LE(time(chosen), slack * other);
           if (method == notes.method) {
@@ -206,10 +229,20 @@ TEST(FreePartition, MoreRanksThanLoadedTiles) {
   expect_owners_in_range(chosen.map);
 }
 
+TEST(FreePartition, AutomaticNeedsNoRootForManyTiles) {
+  const GridGeometry grid = grid_of_cells({512, 512, 512});
+  const TileLoad load = tile_load(std::vector<GlobalIndex>(static_cast<std::size_t>(grid.n_tiles()), 1));
+  ASSERT_GT(load.size(), most_tiles_on_root);
+  PartitionNotes notes;
+  const Partition chosen = make_partition(grid, by(PartitionMethod::automatic), load, 8, nullptr, {}, &notes);
+  EXPECT_EQ(notes.method, PartitionMethod::bisection);
+  EXPECT_EQ(chosen.map, make_partition(grid, by(PartitionMethod::bisection), load, 8).map);
+}
+
 TEST(FreePartition, NoLoadAtAllAndOneTile) {
   const GridGeometry empty = grid_of_cells({28, 28, 28}), one = grid_of_cells({4, 4, 4}, {true, true, true});
   ASSERT_EQ(one.n_tiles(), 1);
-  for (const PartitionMethod method : {PartitionMethod::hilbert, PartitionMethod::metis, PartitionMethod::automatic}) {
+  for (const PartitionMethod method : {PartitionMethod::metis, PartitionMethod::automatic}) {
     const Partition nothing = make_partition(empty, by(method), {}, 8);
     EXPECT_EQ(nothing.map, map_of_boxes(empty, *nothing.boxes));
     const Partition single = make_partition(one, by(method), tile_load(std::vector<GlobalIndex>{9}), 1);
@@ -234,8 +267,8 @@ TEST(FreePartition, WeightsBeyond32Bits) {
 
 TEST(FreePartition, AnUnchangedLoadStaysWhereItIs) {
   for (const NamedLoad& named : loads_of_all_kinds())
-    for (const PartitionMethod method : {PartitionMethod::hilbert, PartitionMethod::bisection, PartitionMethod::metis,
-                                         PartitionMethod::automatic})
+    for (const PartitionMethod method :
+         {PartitionMethod::hilbert, PartitionMethod::bisection, PartitionMethod::metis, PartitionMethod::automatic})
       for (const int n_ranks : {2, 12, 40}) {
         const Partition present = make_partition(named.grid, by(method), named.load, n_ranks);
         const Partition again = make_partition(named.grid, by(method), named.load, n_ranks, &present);
@@ -247,13 +280,13 @@ TEST(FreePartition, AnUnchangedLoadStaysWhereItIs) {
 TEST(FreePartition, PartsKeepTheNumberOfTheirLargestOverlap) {
   const GridGeometry grid = grid_of_cells({124, 60, 60});
   const TileLoad load = tile_load(ball_load(grid));
-  Partition present = make_partition(grid, by(PartitionMethod::hilbert), load, 6);
+  Partition present = make_partition(grid, by(PartitionMethod::metis), load, 6);
   std::set<TileIndex> astray;
   for (std::size_t t = 0; t < load.size(); t += 17) astray.insert(load.tile[t]);
   present.map = map_by(grid, 6, [&](TileIndex tile) {  // the same parts under other numbers, and a few tiles astray
     return astray.count(tile) > 0 ? 0 : (present.map.owner(tile) + 2) % 6;
   });
-  const Partition again = make_partition(grid, by(PartitionMethod::hilbert), load, 6, &present);
+  const Partition again = make_partition(grid, by(PartitionMethod::metis), load, 6, &present);
   EXPECT_GT(n_moved(present.map, again.map, load), 0);
   EXPECT_LE(n_moved(present.map, again.map, load), 512 * static_cast<GlobalIndex>(load.size() / 17 + 1));
 }
