@@ -137,7 +137,7 @@ Partition make_partition(const GridGeometry& grid, const PartitionSettings& sett
                          const Partition* present, const CostModel& cost, PartitionNotes* notes) {
   PartitionNotes unread;
   PartitionNotes& note = notes ? *notes : unread;
-  note = {settings.method, false, {}};
+  note = {settings.method};
   if (settings.method == PartitionMethod::uniform || settings.method == PartitionMethod::ranges || n_ranks == 1) {
     note.method = settings.method == PartitionMethod::uniform ? settings.method : PartitionMethod::ranges;
     return partition_of_boxes(grid, note.method == PartitionMethod::uniform, load, n_ranks);
@@ -148,11 +148,14 @@ Partition make_partition(const GridGeometry& grid, const PartitionSettings& sett
     return cut_partition(grid, note.method, load, n_ranks, present);
   const std::optional<Boxes> boxes = boxes_for(grid, load, n_ranks, present);
   const TileMap idle = map_without_load(grid, boxes, load, n_ranks);
+  const auto spread_out = [&](std::vector<std::int32_t> part) {
+    if (present) part = relabelled(load, part, present->map);
+    return Partition{spread(grid, load, n_ranks, part, idle), boxes};
+  };
   const auto by = [&](PartitionMethod method) {
     note.method = method;
     if (method == PartitionMethod::metis)
-      if (auto part = metis_parts(grid, load, n_ranks, note))
-        return Partition{spread(grid, load, n_ranks, present ? relabelled(load, *part, present->map) : *part, idle), boxes};
+      if (auto part = metis_parts(grid, load, n_ranks, note)) return spread_out(std::move(*part));
     const Cutting cutting = note.method == PartitionMethod::hilbert ? Cutting::curve : Cutting::planes;
     return Partition{TileMap(bisected(grid, cutting, load, n_ranks)), boxes};
   };
@@ -163,7 +166,7 @@ Partition make_partition(const GridGeometry& grid, const PartitionSettings& sett
     return predicted_step(predict_traffic(grid, partition.map, load), cost);
   };
   Partition best{idle, boxes};
-  PartitionNotes best_note{PartitionMethod::ranges, false, {}};
+  PartitionNotes best_note{PartitionMethod::ranges};
   double fastest = std::numeric_limits<double>::infinity();
   if (boxes) {
     fastest = time_of(best);
@@ -176,13 +179,16 @@ Partition make_partition(const GridGeometry& grid, const PartitionSettings& sett
     fastest /= worth_leaving_boxes;
   }
   for (const PartitionMethod method : {PartitionMethod::metis, PartitionMethod::bisection, PartitionMethod::hilbert}) {
-    Partition trial = by(method);
+    std::vector<Partition> trials{by(method)};
     if (note.method != method) continue;  // METIS could not, and the curve comes later
-    const double time = time_of(trial);
-    if (time >= fastest) continue;
-    fastest = time;
-    best = std::move(trial);
-    best_note = {method, false, {}};
+    if (trials[0].map.tree()) trials.push_back(spread_out(parts_of(trials[0].map, load)));
+    for (Partition& trial : trials) {
+      const double time = time_of(trial);
+      if (time >= fastest) continue;
+      fastest = time;
+      best_note = {method, false, method != PartitionMethod::metis && !trial.map.tree(), {}};
+      best = std::move(trial);
+    }
   }
   note = best_note;
   return best;

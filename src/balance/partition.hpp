@@ -49,7 +49,8 @@ inline constexpr std::size_t most_tiles_on_root = 400'000;
 struct PartitionNotes {
   PartitionMethod method = PartitionMethod::uniform;  ///< the one that made it; never `automatic`
   bool rebalanced = false;                            ///< by `automatic`: boxes from which few tiles were moved
-  std::vector<std::string> warnings;
+  bool spread = false;                                ///< by `automatic`: cuts, but empty tiles go to a nearest owner
+  std::vector<std::string> warnings = {};
 };
 
 /// Shares out nodes and tiles among ranks.
@@ -67,7 +68,8 @@ struct PartitionNotes {
 /// equal loads); for `automatic` the one of these for which `cost` predicts the fastest step, where boxes are rebalanced and
 /// may be 2 % slower, up to most_tiles_on_root. Parts of METIS are numbered for the largest overlap with `present`; without
 /// it as they come, near ones by near numbers, so that few bytes leave a node of ranks that follow each other. An empty tile
-/// goes to the owner of a nearest loaded one, but under `hilbert` and `bisection` to the run or region that it lies in. Where fewer tiles are loaded than there are ranks, the surplus ranks have none.
+/// goes to the owner of a nearest loaded one, but under `hilbert` and `bisection` to the run or region that it lies in, unless `automatic` finds a
+/// nearest owner faster. Where fewer tiles are loaded than there are ranks, the surplus ranks have none.
 ///
 /// Deterministic: the same for the same arguments. Throws UsageError when there are no boxes for `uniform` and `ranges`. Not
 /// collective; expensive for large grids, so that runs do it on the root alone (RootPartitioner).

@@ -7,24 +7,22 @@
 namespace bulkley {
 
 inline config::Names<PartitionMethod> names(config::Of<PartitionMethod>) {
-  return {{"uniform", PartitionMethod::uniform},
-          {"ranges", PartitionMethod::ranges},
-          {"hilbert", PartitionMethod::hilbert},
-          {"bisection", PartitionMethod::bisection},
-          {"metis", PartitionMethod::metis},
-          {"auto", PartitionMethod::automatic}};
+  return {{"uniform", PartitionMethod::uniform}, {"ranges", PartitionMethod::ranges},
+          {"hilbert", PartitionMethod::hilbert}, {"bisection", PartitionMethod::bisection},
+          {"metis", PartitionMethod::metis},     {"auto", PartitionMethod::automatic}};
 }
 
 inline const config::Keys<PartitionSettings>& keys(config::Of<PartitionSettings>) {
   static const auto table =
       config::Keys<PartitionSettings>("How tiles are assigned to ranks; no result depends on it.")
-          .key("method", &PartitionSettings::method,
-               {.about = "uniform: equal parts of the grid; ranges: boxes of the grid of about equal cost; "
-                         "hilbert: tiles of 4 x 4 x 4 nodes in the order of a Hilbert curve; bisection: regions by recursive "
-                         "cuts of equal load, made without a root, which move only where loads ask for it; metis: tiles grouped with few "
-                         "shared nodes; auto: the method with the fastest predicted step, changed when that pays. The first "
-                         "two need "
-                         "a box of tiles for each rank, the others work on any number of ranks."})
+          .key(
+              "method", &PartitionSettings::method,
+              {.about = "uniform: equal parts of the grid; ranges: boxes of the grid of about equal cost; "
+                        "hilbert: runs of a Hilbert curve through tiles of 4 x 4 x 4 nodes; bisection: regions by recursive "
+                        "cuts of equal load, which move only where loads ask for it; both are made without a root; metis: "
+                        "tiles grouped with few shared nodes; auto: the method with the fastest predicted step, changed "
+                        "when that pays, and bisection where more than 400 000 tiles hold particles. The first two need a "
+                        "box of tiles for each rank, the others work on any number of ranks."})
           .key("decision_interval", &PartitionSettings::decision_interval,
                {.about =
                     "Steps between the imbalance checks of auto and bisection; more where checks would take over 1 % of the "
