@@ -64,9 +64,9 @@ class WallPressure(Case):
         points = measured("dam_break_wall_pressure_P1")[0]
         t, p = points["t_sqrt_g_over_H"], points["p_over_rho_g_H"]
         level = numpy.mean(numpy.interp(numpy.linspace(*PLATEAU, 200), t, p))
-        finest = {integrator: max(record["cells"] for record in records.values()
-                                  if record["transfer"] == schemes[0] and integrator_of(record) == integrator)
-                  for integrator in map(integrator_of, records.values())}
+        of_default = [record for record in records.values() if record["transfer"] == schemes[0]]
+        finest = {integrator: max(record["cells"] for record in of_default if integrator_of(record) == integrator)
+                  for integrator in map(integrator_of, of_default)}
         rows = []
         for record in sorted(records.values(), key=lambda r: (schemes.index(r["transfer"]), integrator_of(r), r["cells"])):
             integrator = integrator_of(record)
