@@ -229,6 +229,11 @@ Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks) {
     if (f.n_frames > 0 && scene.output.magnetic_field) f.frame_bytes += f.magnetic->frame_bytes;
     f.warnings.insert(f.warnings.end(), f.magnetic->warnings.begin(), f.magnetic->warnings.end());
   }
+  if (!scene.rigid_bodies.empty() && scene.time_stepping.integrator == IntegratorKind::explicit_step)
+    f.warnings.push_back(
+        "rigid bodies with the explicit step: in fluids they move 5 to 8 % too slowly, more with a higher bulk_modulus, and "
+        "have too "
+        "large an added mass; time.integrator = \"imex\" has neither fault");
   if (f.n_steps > many_steps)
     f.warnings.push_back(fmt::format(
         "the run needs about {:.2g} steps (more than {:.0g}), because the stiffest material has a wave speed of "

@@ -244,10 +244,18 @@ class Test:
         expect_small(carried - 10.0 * BALL, 10.0 * BALL, "weight on the line")
 
 
+    def warns(self):
+        """`check` says that the explicit step makes bodies slow and heavy, and that imex does not."""
+        outcome = self.program.run(["check", str(SCENE), *self.sets, *self.stiff], 1, self.work, 60)
+        if outcome.code != 0 or ("rigid bodies with the explicit step" in outcome.text) != (self.name == "explicit"):
+            fail(f"check, {self.name}: exit code {outcome.code}, or a wrong word about rigid bodies", outcome)
+
+
 def main():
     program, work = start(parse_arguments(__doc__))
     for name, sets, stiff, falls in (("explicit", [], [], (0.15, 0.1)), ("imex", IMEX, STIFF, (0.4, 0.15))):
         test = Test(program, work, name, sets, stiff)
+        test.warns()
         test.identity()
         test.drive()
         test.collide(*falls)
