@@ -7,6 +7,7 @@
 # --jobs: compilations at once, each of which takes up to 1.5 GiB; without it, as many as cores and memory allow.
 # In a git clone the source is that of the last commit; in an unpacked archive, that of cluster/release.sh, it is the folder.
 set -euo pipefail
+PATH=/usr/sbin:/usr/bin:/sbin:/bin  # Debian's own tools and Python
 
 root="$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)"
 jobs="" folder="$root/out/deb"
