@@ -20,7 +20,7 @@ for argument in "$@"; do
 done
 for tool in dpkg-buildpackage dh lintian; do
   if ! command -v "$tool" >/dev/null; then
-    echo "build_deb.sh: needs $tool (Debian: apt-get install --no-install-recommends dpkg-dev debhelper lintian)" >&2
+    echo "build_deb.sh: needs $tool; 'cluster/install_packages.sh --deb' installs what it needs" >&2
     exit 1
   fi
 done
