@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Builds the Debian packages, source and binary, and lets lintian read them; an error of lintian is one here. Tried on
+# Builds the Debian packages, source and binary, and lets lintian read them; an error of lintian is one here. For
 # Debian 12. The build has no tests but that of the program's start.
 #
 #   cluster/packaging/build_deb.sh [--jobs=N] [FOLDER]      FOLDER: where to, default: out/deb
