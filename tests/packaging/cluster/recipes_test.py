@@ -172,7 +172,7 @@ def check_debian(folder, version, required, needed_by_library, root):
     words = (folder / "copyright").read_text(encoding="utf-8").replace("\n .\n", "\n\n").split()
     terms = licence[licence.index("Redistribution"):]
     expect(words[-len(terms):] == terms, f"{folder / 'copyright'}: other terms than LICENSE")
-    return re.findall(r"-D\w+=\w+", (folder / "rules").read_text(encoding="utf-8"))
+    return re.findall(r"-D\w+=\S+", (folder / "rules").read_text(encoding="utf-8"))
 
 
 # --- module files -----------------------------------------------------------------------------------------------------
@@ -223,7 +223,7 @@ def main():
     library = set(requirements((cluster / "cmake" / "BulkleyDependencies.cmake").read_text(encoding="utf-8")))
     arguments += check_debian(cluster / "debian", version, required, library, root)
     for option in re.findall(r"-D(BULKLEY_\w+)=", " ".join(arguments)):
-        expect(f"option({option} " in text, f"CMakeLists.txt has no option {option}, which a recipe sets")
+        expect(re.search(rf"^(?:option|set)\({option} ", text, re.MULTILINE), f"CMakeLists.txt has no option {option}, which a recipe sets")
     expect(re.search(r"install\([^)]*cluster/jobs/job_functions.sh[^)]*/bulkley/jobs\)", text),
            "cluster/packaging/cmake/Install.cmake does not install job_functions.sh")
     check_module(cluster / "modulefiles" / "bulkley.lua", ["lua", "lua5.4", "lua5.3"], LUA)
