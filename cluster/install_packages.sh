@@ -28,7 +28,7 @@ others=(
   python3-pandas python3-nbconvert python3-ipykernel  # data frames, and the notebook of the Python package
   mkdocs mkdocs-material doxygen                # the pages as a site
 )
-debian=(dpkg-dev debhelper dh-python pybuild-plugin-pyproject python3 python3-setuptools lintian)
+debian=(build-essential debhelper dh-python pybuild-plugin-pyproject python3 python3-setuptools lintian)
 
 case "${1:-}" in
   "") packages=("${program[@]}" "${pictures[@]}" "${others[@]}") ;;

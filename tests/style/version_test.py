@@ -15,6 +15,7 @@ REPEATED = {
     "cluster/packaging/spack/package.py": r"^ +version\(\"(.+)\"\)$",
     "cluster/packaging/easybuild/bulkley-*.eb": r"^version = '(.+)'$",
     "cluster/packaging/apptainer/bulkley.def": r"^ +VERSION=(.+)$",
+    "cluster/packaging/container/Containerfile": r"^ARG VERSION=(.+)$",
     "cluster/packaging/debian/changelog": r"^bulkley \(([\d.]+)",
 }
 DATES = {"CITATION.cff": r"^date-released: \"(\S+)\"$", "CHANGELOG.md": r"^## \[[^\]]+\] - (\S+)$"}

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """The recipes in cluster/ agree with CMakeLists.txt: its version, every package it looks for, in a version that it takes,
-its options, and where it installs things. No Spack, EasyBuild, Apptainer, debhelper or Lmod is needed: stand-ins for these read them.
+its options, and where it installs things. No Spack, EasyBuild, Apptainer, podman, debhelper or Lmod is needed: stand-ins for these read them.
 Usage: recipes_test.py ROOT"""
 
 import pathlib
@@ -134,6 +134,22 @@ def check_apptainer(path, version, root):
     return re.findall(r"-D\w+=\w+", sections["post"])
 
 
+# --- container --------------------------------------------------------------------------------------------------------
+
+def check_container(path, version, root):
+    text = path.read_text(encoding="utf-8")
+    expect(f"ARG VERSION={version}\n" in text, f"{path}: another version than {version}")
+    scripts = re.findall(r"cluster/[\w/]+\.sh", text)
+    expect(len(scripts) > 2, f"{path}: no scripts that build the packages")
+    for script in scripts:
+        expect((root / script).exists(), f"{path}: there is no {script}")
+    settings = (root / "cluster/environment.sh").read_text(encoding="utf-8")
+    wanted = re.findall(r"\b(?:OMPI|OPENBLAS|OMP)_\w+=\w+", settings)
+    expect(wanted, "cluster/environment.sh: no settings")
+    for setting in wanted:
+        expect(setting in text, f"{path}: does not set {setting}, as cluster/environment.sh does")
+
+
 # --- Debian -----------------------------------------------------------------------------------------------------------
 
 def read_control(path):
@@ -220,6 +236,7 @@ def main():
     for recipe in (cluster / "easybuild").glob("*.eb"):
         arguments += check_easybuild(recipe, version, required)
     arguments += check_apptainer(cluster / "apptainer" / "bulkley.def", version, root)
+    check_container(cluster / "container" / "Containerfile", version, root)
     library = set(requirements((cluster / "cmake" / "BulkleyDependencies.cmake").read_text(encoding="utf-8")))
     arguments += check_debian(cluster / "debian", version, required, library, root)
     for option in re.findall(r"-D(BULKLEY_\w+)=", " ".join(arguments)):
