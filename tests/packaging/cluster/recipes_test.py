@@ -173,7 +173,7 @@ def check_debian(folder, version, required, needed_by_library, root):
     lists = re.findall(r"^(?:program|debian)=\(([^)]*)\)", re.sub(r"#.*", "", script), re.MULTILINE)  # of --deb
     installed = set(" ".join(lists).split())
     builds, library = relations(control["Source"]["Build-Depends"]), relations(control["libbulkley-dev"]["Depends"])
-    for name in {name.removesuffix("-compat") for name in builds} - installed:
+    for name in {"build-essential", *(name.removesuffix("-compat") for name in builds)} - installed:
         expect(False, f"{path}: Build-Depends: {name}, which cluster/install_packages.sh does not install")
     for package, least in required.items():
         name = DEBIAN[package]
