@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Installs the Debian 12 packages that Bulkley needs and this machine lacks. Asks nothing; needs root or sudo only when
+# Installs the packages of Debian 12 or 13 that Bulkley needs and this machine lacks. Asks nothing; needs root or sudo only when
 # something is missing.
 #
 #   cluster/install_packages.sh [--program | --pictures | --slurm | --deb]
