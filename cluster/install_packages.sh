@@ -1,14 +1,15 @@
 #!/usr/bin/env bash
-# Installs the Debian 12 packages that Bulkley needs and this machine lacks. Asks nothing; needs root or sudo only when
+# Installs the packages of Debian 12 or 13 that Bulkley needs and this machine lacks. Asks nothing; needs root or sudo only when
 # something is missing.
 #
-#   cluster/install_packages.sh [--program | --pictures | --slurm]
+#   cluster/install_packages.sh [--program | --pictures | --slurm | --deb]
 #
 # Without an option: all that the program, its tests, pictures, notebooks and pages need.
 # --program: what building and running the program needs, two fifths of the megabytes of all. --pictures: what reports and pictures need.
 # cluster/quickstart.sh begins with these two; cluster/test.sh installs the rest.
 # --slurm: all, and Slurm and munge for the test that runs the job scripts (tests/packaging/cluster), and shellcheck, which reads them.
 # Their services do not have to run.
+# --deb: what cluster/packaging/build_deb.sh builds Debian packages with: --program and Debian's tools.
 set -euo pipefail
 
 program=(
@@ -27,13 +28,15 @@ others=(
   python3-pandas python3-nbconvert python3-ipykernel  # data frames, and the notebook of the Python package
   mkdocs mkdocs-material doxygen                # the pages as a site
 )
+debian=(build-essential debhelper dh-python pybuild-plugin-pyproject python3 python3-setuptools lintian)
 
 case "${1:-}" in
   "") packages=("${program[@]}" "${pictures[@]}" "${others[@]}") ;;
   --program) packages=("${program[@]}") ;;
   --pictures) packages=("${pictures[@]}") ;;
   --slurm) packages=("${program[@]}" "${pictures[@]}" "${others[@]}" slurm-wlm munge shellcheck) ;;
-  *) echo "cluster/install_packages.sh: '$1' is not an option; there are --program, --pictures and --slurm" >&2; exit 2 ;;
+  --deb) packages=("${program[@]}" "${debian[@]}") ;;
+  *) echo "cluster/install_packages.sh: '$1' is not an option; there are --program, --pictures, --slurm and --deb" >&2; exit 2 ;;
 esac
 
 is_installed() {

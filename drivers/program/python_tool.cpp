@@ -20,7 +20,7 @@ namespace {
 constexpr int module_missing = 4;  // exit code of the package's tools
 constexpr int not_started = 127;
 
-// Beside an installed program, else where the program was built from.
+// Beside an installed program, else where its build was told; by default in the source tree.
 std::string package_path() {
   const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe");
   const std::filesystem::path installed = program.parent_path().parent_path() / "share" / "bulkley" / "python" / "bulkley";

@@ -15,10 +15,10 @@ REPEATED = {
     "cluster/packaging/spack/package.py": r"^ +version\(\"(.+)\"\)$",
     "cluster/packaging/easybuild/bulkley-*.eb": r"^version = '(.+)'$",
     "cluster/packaging/apptainer/bulkley.def": r"^ +VERSION=(.+)$",
-    "debian/changelog": r"^bulkley \(([\d.]+)",
+    "cluster/packaging/container/Containerfile": r"^ARG VERSION=(.+)$",
+    "cluster/packaging/debian/changelog": r"^bulkley \(([\d.]+)",
 }
 DATES = {"CITATION.cff": r"^date-released: \"(\S+)\"$", "CHANGELOG.md": r"^## \[[^\]]+\] - (\S+)$"}
-OPTIONAL = {"debian/changelog"}
 ABOUT_VERSIONS = {"upgrade.md"}  # pages
 
 
@@ -26,7 +26,7 @@ def faults_of(root):
     version = re.search(ONE_PLACE[1], (root / ONE_PLACE[0]).read_text(encoding="utf-8"), re.MULTILINE)[1]
     for pattern, line in REPEATED.items():
         paths = list(root.glob(pattern))
-        if len(paths) != 1 and not (not paths and pattern in OPTIONAL):
+        if len(paths) != 1:
             yield f"{pattern}: {len(paths)} files"
         for path in paths:
             found = re.search(line, path.read_text(encoding="utf-8"), re.MULTILINE)

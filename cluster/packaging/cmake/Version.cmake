@@ -31,6 +31,8 @@ endif()
 if(BULKLEY_SANITIZE)
   string(APPEND BULKLEY_FLAGS " -fsanitize=address,undefined")
 endif()
+string(REGEX REPLACE "-f[a-z]+-prefix-map=[^ ]+" "" BULKLEY_FLAGS "${BULKLEY_FLAGS}")  # hides the build's folder; would name it
+string(REGEX REPLACE "  +" " " BULKLEY_FLAGS "${BULKLEY_FLAGS}")
 string(STRIP "${BULKLEY_FLAGS}" BULKLEY_FLAGS)
 string(REPLACE "\\" "\\\\" BULKLEY_FLAGS "${BULKLEY_FLAGS}")
 string(REPLACE "\"" "\\\"" BULKLEY_FLAGS "${BULKLEY_FLAGS}")

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """The recipes in cluster/ agree with CMakeLists.txt: its version, every package it looks for, in a version that it takes,
-its options, and where it installs things. No Spack, EasyBuild, Apptainer or Lmod is needed: stand-ins for these read them.
+its options, and where it installs things. No Spack, EasyBuild, Apptainer, podman, debhelper or Lmod is needed: stand-ins for these read them.
 Usage: recipes_test.py ROOT"""
 
 import pathlib
@@ -19,6 +19,11 @@ PACKAGES = {"PkgConfig": ("pkgconfig", "pkgconf"), "MPI": ("mpi", None), "PETSc"
             "CLI11": ("cli11", "CLI11"), "nlohmann_json": ("nlohmann-json", "nlohmann_json"),
             "muparser": ("muparser", "muParser"), "ZLIB": ("zlib-api", "zlib"),
             "metis": ("metis", "METIS"), "cmake": ("cmake", "CMake")}
+# And in Debian, where petsc-dev brings MPI and HDF5.
+DEBIAN = {"PkgConfig": "pkg-config", "MPI": "petsc-dev", "PETSc": "petsc-dev", "HDF5": "petsc-dev", "Eigen3": "libeigen3-dev",
+          "fmt": "libfmt-dev", "tomlplusplus": "libtomlplusplus-dev", "CLI11": "libcli11-dev",
+          "nlohmann_json": "nlohmann-json3-dev", "muparser": "libmuparser-dev", "ZLIB": "zlib1g-dev", "metis": "libmetis-dev",
+          "cmake": "cmake"}
 PLACES = {"BULKLEY_SHARE": "share/bulkley", "BULKLEY_SCRIPTS": "share/bulkley/jobs"}
 faults = []
 
@@ -34,7 +39,7 @@ def numbers(version):
 
 def requirements(text):
     """Package -> least version, or none, as CMakeLists.txt asks for them."""
-    found = {"cmake": re.search(r"cmake_minimum_required\(VERSION ([\d.]+)", text).group(1)}
+    found = dict(re.findall(r"^(cmake)_minimum_required\(VERSION ([\d.]+)", text, re.MULTILINE))
     for name, version in re.findall(r"^find_package\((\w+) ?([\d.]*)", text, re.MULTILINE):
         found[name] = version
     by_pkg_config = r"^pkg_check_modules\(\w+ REQUIRED IMPORTED_TARGET (\w+)(?:>=([\d.]+))?"
@@ -129,6 +134,63 @@ def check_apptainer(path, version, root):
     return re.findall(r"-D\w+=\w+", sections["post"])
 
 
+# --- container --------------------------------------------------------------------------------------------------------
+
+def check_container(path, version, root):
+    text = path.read_text(encoding="utf-8")
+    expect(f"ARG VERSION={version}\n" in text, f"{path}: another version than {version}")
+    scripts = re.findall(r"cluster/[\w/]+\.sh", text)
+    expect(len(scripts) > 2, f"{path}: no scripts that build the packages")
+    for script in scripts:
+        expect((root / script).exists(), f"{path}: there is no {script}")
+    settings = (root / "cluster/environment.sh").read_text(encoding="utf-8")
+    wanted = re.findall(r"\b(?:OMPI|OPENBLAS|OMP)_\w+=\w+", settings)
+    expect(wanted, "cluster/environment.sh: no settings")
+    for setting in wanted:
+        expect(setting in text, f"{path}: does not set {setting}, as cluster/environment.sh does")
+
+
+# --- Debian -----------------------------------------------------------------------------------------------------------
+
+def read_control(path):
+    """Paragraphs of debian/control, each as field -> text, by the package's name; the first one is "Source"."""
+    paragraphs = {}
+    for paragraph in path.read_text(encoding="utf-8").strip().split("\n\n"):
+        fields = dict(re.findall(r"^([\w-]+):\s*(.*(?:\n[ \t].*)*)", paragraph, re.MULTILINE))
+        paragraphs[fields.get("Package", "Source")] = fields
+    return paragraphs
+
+
+def relations(text):
+    """Package -> least version, or none."""
+    return dict(re.match(r"([\w.+${}:-]+)(?: \([>=]+ (?:\d+:)?([^)]+)\))?$", word.strip()).groups("") for word in text.split(","))
+
+
+def check_debian(folder, version, required, needed_by_library, root):
+    path = folder / "control"
+    control = read_control(path)
+    script = (root / "cluster/install_packages.sh").read_text(encoding="utf-8")
+    lists = re.findall(r"^(?:program|debian)=\(([^)]*)\)", re.sub(r"#.*", "", script), re.MULTILINE)  # of --deb
+    installed = set(" ".join(lists).split())
+    builds, library = relations(control["Source"]["Build-Depends"]), relations(control["libbulkley-dev"]["Depends"])
+    for name in {"build-essential", *(name.removesuffix("-compat") for name in builds)} - installed:
+        expect(False, f"{path}: Build-Depends: {name}, which cluster/install_packages.sh does not install")
+    for package, least in required.items():
+        name = DEBIAN[package]
+        expect(name in installed, f"cluster/install_packages.sh does not install {name}, for {package}")
+        for field, found in (("Build-Depends", builds), *([("libbulkley-dev", library)] if package in needed_by_library else [])):
+            expect(name in found, f"{path}: {field}: no {name}, which CMake looks for as {package}")
+            if least and name in found:
+                expect(found[name] and numbers(found[name]) >= numbers(least), f"{path}: {field}: {name} older than {least}")
+    changes = (folder / "changelog").read_text(encoding="utf-8")
+    expect(changes.startswith(f"bulkley ({version}-"), f"{folder / 'changelog'}: another version than {version}")
+    licence = (root / "LICENSE").read_text(encoding="utf-8").split()
+    words = (folder / "copyright").read_text(encoding="utf-8").replace("\n .\n", "\n\n").split()
+    terms = licence[licence.index("Redistribution"):]
+    expect(words[-len(terms):] == terms, f"{folder / 'copyright'}: other terms than LICENSE")
+    return re.findall(r"-D\w+=\S+", (folder / "rules").read_text(encoding="utf-8"))
+
+
 # --- module files -----------------------------------------------------------------------------------------------------
 
 LUA = """
@@ -174,8 +236,11 @@ def main():
     for recipe in (cluster / "easybuild").glob("*.eb"):
         arguments += check_easybuild(recipe, version, required)
     arguments += check_apptainer(cluster / "apptainer" / "bulkley.def", version, root)
+    check_container(cluster / "container" / "Containerfile", version, root)
+    library = set(requirements((cluster / "cmake" / "BulkleyDependencies.cmake").read_text(encoding="utf-8")))
+    arguments += check_debian(cluster / "debian", version, required, library, root)
     for option in re.findall(r"-D(BULKLEY_\w+)=", " ".join(arguments)):
-        expect(f"option({option} " in text, f"CMakeLists.txt has no option {option}, which a recipe sets")
+        expect(re.search(rf"^(?:option|set)\({option} ", text, re.MULTILINE), f"CMakeLists.txt has no option {option}, which a recipe sets")
     expect(re.search(r"install\([^)]*cluster/jobs/job_functions.sh[^)]*/bulkley/jobs\)", text),
            "cluster/packaging/cmake/Install.cmake does not install job_functions.sh")
     check_module(cluster / "modulefiles" / "bulkley.lua", ["lua", "lua5.4", "lua5.3"], LUA)

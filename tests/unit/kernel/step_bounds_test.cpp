@@ -1,6 +1,7 @@
 // The groups of StepBounds: how each member merges, and that none is left out.
 #include "kernel/step_bounds.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <map>
@@ -35,7 +36,7 @@ std::map<std::string, double> numbers(const StepBounds& bounds) {
       [&](const char* group_name, const auto& group) {
         std::remove_cvref_t<decltype(group)>::each(
             [&](const char* name, const auto& member) {
-              const std::string key = std::string(group_name) + "." + name;
+              const std::string key = fmt::format("{}.{}", group_name, name);
               EXPECT_FALSE(result.contains(key)) << key << " is listed twice";
               result[key] = static_cast<double>(member.value);
               if constexpr (requires { member.id; }) result[key + ".id"] = static_cast<double>(member.id);
