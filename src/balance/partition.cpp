@@ -88,7 +88,7 @@ std::vector<std::int32_t> parts_of(const TileMap& map, const TileLoad& load) {
   return part;
 }
 
-// Parts of the graph, with loads evened out; none where METIS fails, which leaves them to the curve.
+// Parts of the graph, with loads brought near their mean; none where METIS fails, which leaves them to the curve.
 std::optional<std::vector<std::int32_t>> metis_parts(const GridGeometry& grid, const TileLoad& load, int n_ranks,
                                                      PartitionNotes& notes) {
   const TileGraph graph = tile_graph(grid, load);

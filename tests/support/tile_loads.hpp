@@ -103,4 +103,24 @@ inline int n_without_load(const Partition& partition, const TileLoad& load) {
   return static_cast<int>(std::count(loads.begin(), loads.end(), 0));
 }
 
+/// A load and its grid.
+struct NamedLoad {
+  const char* name;
+  GridGeometry grid;
+  TileLoad load;
+};
+
+inline std::vector<NamedLoad> loads_of_all_kinds() {
+  std::vector<NamedLoad> result;
+  for (const GridGeometry& grid : {grid_of_cells({44, 50, 37}), grid_of_cells({48, 40, 36}, {true, false, true}),
+                                   grid_of_cells({120, 116, 4}, {true, true, true})}) {
+    result.push_back({"random", grid, tile_load(random_load(grid, 5))});
+    result.push_back({"ball", grid, tile_load(ball_load(grid))});
+    result.push_back({"scattered", grid, tile_load(scattered_load(grid))});
+  }
+  for (NamedLoad& named : result)
+    for (GlobalIndex& weight : named.load.weight) weight *= 80'000;  // ps, as a particle costs
+  return result;
+}
+
 }  // namespace bulkley
