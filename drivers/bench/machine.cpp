@@ -19,9 +19,11 @@ namespace {
 
 double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
+constexpr std::size_t n_triad = std::size_t{100} << 17;  // 100 MiB an array
+
 // Elements per second.
 double triad_rate() {
-  constexpr std::size_t n = std::size_t{100} << 17;  // 100 MiB an array
+  constexpr std::size_t n = n_triad;
   constexpr int n_passes = 20;
   std::vector<double> a(n, 0.0), b(n, 1.0), c(n, 2.0);
   double best = std::numeric_limits<double>::infinity();
@@ -69,6 +71,31 @@ double pack_rate() {
 MachineLimits measure_machine() {
   const double elements = triad_rate();
   return {24.0 * elements, 32.0 * elements, pack_rate()};
+}
+
+MemoryStreams::MemoryStreams(int n_threads) {
+  for (int t = 0; t < n_threads; ++t)
+    threads_.emplace_back([this] {
+      std::vector<double> a(n_triad, 0.0), b(n_triad, 1.0), c(n_triad, 2.0);
+      ++n_started_;
+      for (double s = 1.0; !ended_; s = 1.5 - 0.5 * s) {
+        for (std::size_t k = 0; k < n_triad; ++k) a[k] = b[k] + s * c[k];
+        std::swap(a, b);
+        ++n_passes_;
+      }
+    });
+  while (n_started_ < n_threads) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  n_passes_ = 0;
+  begin_ = now();
+}
+
+MemoryStreams::~MemoryStreams() {
+  ended_ = true;
+  for (std::thread& thread : threads_) thread.join();
+}
+
+double MemoryStreams::traffic_bandwidth() const {
+  return 32.0 * static_cast<double>(n_triad) * static_cast<double>(n_passes_) / (now() - begin_);
 }
 
 bool fits_into_memory(double bytes) {

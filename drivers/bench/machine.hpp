@@ -1,7 +1,10 @@
 #pragma once
 // What the machine can do at best: the floor under every step. One core; not collective.
 
+#include <atomic>
 #include <cstddef>
+#include <thread>
+#include <vector>
 
 namespace bulkley {
 
@@ -13,6 +16,24 @@ struct MachineLimits {
 
 /// Best of several passes over arrays far beyond the last cache (300 MiB in all), and of chains of packs in registers.
 MachineLimits measure_machine();
+
+/// Threads that do nothing but stream memory (a = b + s c over 300 MiB each) as long as this lives, as other ranks on a full
+/// node would at worst. The constructor returns when all of them do.
+class MemoryStreams {
+ public:
+  explicit MemoryStreams(int n_threads);
+  ~MemoryStreams();
+  MemoryStreams(const MemoryStreams&) = delete;
+  MemoryStreams& operator=(const MemoryStreams&) = delete;
+  /// Bytes/s of all of them so far, 32 per element.
+  double traffic_bandwidth() const;
+
+ private:
+  std::atomic<bool> ended_ = false;
+  std::atomic<long> n_started_ = 0, n_passes_ = 0;
+  double begin_ = 0.0;  ///< s
+  std::vector<std::thread> threads_;
+};
 
 /// Whether so many bytes, and a tenth more, could be had without swapping; true if the system does not report it.
 bool fits_into_memory(double bytes);

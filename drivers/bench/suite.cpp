@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "bench/bounds.hpp"
 #include "bench/child.hpp"
@@ -56,6 +58,7 @@ class Suite {
   void domain();
   void memory();
   void ranks();
+  void cores();
   void imex();
   void field();
   void field_step();
@@ -68,6 +71,7 @@ class Suite {
   Row child_row(const std::string& part, const std::string& name, int n_ranks, const std::string& material, GlobalIndex n,
                 int n_steps, const std::function<void(const Json& json, Row& row)>& read,
                 IntegratorKind integrator = IntegratorKind::explicit_step) const;
+  std::array<double, 2> ns_of_runs(int n_runs, std::string& fault) const;
   static std::function<void(const Json& json, Row& row)> throughput(const Bound& bound);
   GlobalIndex usual_size() const { return small_ ? 100'000 : 1'000'000; }
   int n_rounds() const { return small_ ? 3 : 5; }
@@ -273,6 +277,66 @@ void Suite::ranks() {
                 block_steps, throughput(bench_bounds::eight_ranks)));
 }
 
+// Mean and largest cost of so many runs of one rank beside each other, ns a particle and step.
+std::array<double, 2> Suite::ns_of_runs(int n_runs, std::string& fault) const {
+  std::vector<ChildOutcome> outcomes(static_cast<std::size_t>(n_runs));
+  std::vector<std::thread> waiting;
+  for (ChildOutcome& outcome : outcomes)
+    waiting.emplace_back([&outcome, this] {
+      outcome = run_child_bench(
+          1, {"--particles", std::to_string(usual_size()), "--steps", std::to_string(2 * block_steps), "--no-naive"}, 300.0);
+    });
+  for (std::thread& thread : waiting) thread.join();
+  std::vector<double> ns;
+  for (const ChildOutcome& outcome : outcomes) {
+    if (!outcome.fault.empty()) fault = outcome.fault;
+    ns.push_back(outcome.fault.empty() ? number_of(outcome.json, "ns_per_particle_step") : undefined);
+  }
+  return {mean(ns), *std::max_element(ns.begin(), ns.end())};
+}
+
+// Runs of one rank each beside each other, and one beside cores that only stream memory: what a full node leaves to a rank.
+void Suite::cores() {
+  const int n_cores = n_usable_cores();
+  const std::string full = fmt::format("a run of one rank on each of {} cores", n_cores),
+                    starved = "beside streams of memory";
+  std::string obstacle = child_obstacle(1);
+  if (obstacle.empty() && n_cores < 2) obstacle = "this process may use one core only";
+  if (obstacle.empty() && !fits({usual_size(), "cream", {}, {1, 1, 1}}, n_cores))
+    obstacle = "they do not fit into the memory that is free";
+  if (!obstacle.empty()) {
+    for (const std::string& name : {full, starved}) add(row_without_value("cores", name, "skipped", obstacle));
+    return;
+  }
+  std::string fault;
+  std::vector<double> alone, together, slowest, beside, streamed;
+  for (int round = 0; round < (small_ ? 1 : 2); ++round) {
+    alone.push_back(ns_of_runs(1, fault)[0]);
+    const std::array<double, 2> all = ns_of_runs(n_cores, fault);
+    together.push_back(all[0]);
+    slowest.push_back(all[1]);
+    const MemoryStreams streams(n_cores - 1);
+    beside.push_back(ns_of_runs(1, fault)[0]);
+    streamed.push_back(streams.traffic_bandwidth() / (n_cores - 1));
+  }
+  if (!fault.empty()) {
+    for (const std::string& name : {full, starved}) add(row_without_value("cores", name, "failed", fault));
+    return;
+  }
+  add({.part = "cores",
+       .name = full,
+       .value = mean(together) / mean(alone),
+       .unit = "of alone",
+       .note =
+           fmt::format("cream, {:.1f} ns, the slowest {:.1f}; alone {:.1f}", mean(together), mean(slowest), mean(alone))});
+  add({.part = "cores",
+       .name = starved,
+       .value = mean(beside) / mean(alone),
+       .unit = "of alone",
+       .note = fmt::format("cream, {:.1f} ns; {} of {} cores stream {:.1f} GB/s each", mean(beside), n_cores - 1, n_cores,
+                           1e-9 * mean(streamed))});
+}
+
 void Suite::imex() {
   BenchCase what{usual_size(), "cream", {}, {1, 1, 1}};
   what.integrator = IntegratorKind::imex;
@@ -372,7 +436,7 @@ struct Part {
 };
 constexpr Part parts[] = {{"floor", &Suite::floor},   {"cases", &Suite::all_cases}, {"sizes", &Suite::sizes},
                           {"domain", &Suite::domain}, {"memory", &Suite::memory},   {"ranks", &Suite::ranks},
-                          {"imex", &Suite::imex},     {"field", &Suite::field}};
+                          {"cores", &Suite::cores},   {"imex", &Suite::imex},       {"field", &Suite::field}};
 
 }  // namespace
 

@@ -14,7 +14,7 @@ struct SuiteSettings {
   std::vector<std::string> parts;  ///< of suite_parts; empty: all
 };
 
-/// The parts of the suite: floor, cases, sizes, domain, memory, ranks, imex, field.
+/// The parts of the suite: floor, cases, sizes, domain, memory, ranks, cores, imex, field.
 const std::vector<std::string>& suite_parts();
 
 /// Measures and prints row by row; the figures as JSON. Throws UsageError on several ranks. Collective.
