@@ -12,7 +12,7 @@ _bulkley() {
       "bench --order") words="quadratic cubic" ;;
       "bench --gradient") words="mls bspline" ;;
       "bench --integrator") words="explicit imex" ;;
-      "bench --only") words="floor cases sizes domain memory ranks imex field" ;;
+      "bench --only") words="floor cases sizes domain memory ranks cores imex field" ;;
       "command-reference --format") words="markdown man bash zsh" ;;
     esac
   fi
