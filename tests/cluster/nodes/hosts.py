@@ -154,7 +154,16 @@ class Host:
         check("ip", "link", "set", self.link, "down")
 
     def restore(self):
+        """Puts the link up again. Returns when the switch forwards, up to a second later, and this host has forgotten whom it could
+        not reach: what starts at once then finds the others."""
         check("ip", "link", "set", self.link, "up")
+        state = pathlib.Path(f"/sys/class/net/{self.link}/brport/state")
+        end = time.monotonic() + 10.0
+        while state.read_text(encoding="utf-8").strip() != "3":  # BR_STATE_FORWARDING
+            if time.monotonic() > end:
+                raise RuntimeError(f"{self.name}: the switch does not forward")
+            time.sleep(0.02)
+        self.check("ip", "neigh", "flush", "all")
 
     def own_disk(self, folder):
         """From now on what is under `folder` is another disk here, an empty one."""
