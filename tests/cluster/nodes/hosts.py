@@ -154,14 +154,16 @@ class Host:
         check("ip", "link", "set", self.link, "down")
 
     def restore(self):
-        """Puts the link up again. Returns when the switch forwards, up to a second later, and this host has forgotten whom it could
-        not reach: what starts at once then finds the others."""
+        """Puts the link up again. Returns when both of its ends send, up to a second later, and this host has forgotten whom it
+        could not reach: what starts at once then finds the others."""
         check("ip", "link", "set", self.link, "up")
-        state = pathlib.Path(f"/sys/class/net/{self.link}/brport/state")
         end = time.monotonic() + 10.0
-        while state.read_text(encoding="utf-8").strip() != "3":  # BR_STATE_FORWARDING
+        outer = pathlib.Path(f"/sys/class/net/{self.link}/operstate")
+        inner = ["grep", "-qx", "up", "/sys/class/net/eth0/operstate"]
+        while (outer.read_text(encoding="utf-8") != "up\n"
+               or subprocess.run(self.command(inner, "/"), stdin=subprocess.DEVNULL).returncode != 0):
             if time.monotonic() > end:
-                raise RuntimeError(f"{self.name}: the switch does not forward")
+                raise RuntimeError(f"{self.name}: the link does not come up")
             time.sleep(0.02)
         self.check("ip", "neigh", "flush", "all")
 
