@@ -23,18 +23,17 @@ constexpr std::size_t n_triad = std::size_t{100} << 17;  // 100 MiB an array
 
 // Elements per second.
 double triad_rate() {
-  constexpr std::size_t n = n_triad;
   constexpr int n_passes = 20;
-  std::vector<double> a(n, 0.0), b(n, 1.0), c(n, 2.0);
+  std::vector<double> a(n_triad, 0.0), b(n_triad, 1.0), c(n_triad, 2.0);
   double best = std::numeric_limits<double>::infinity();
   for (int pass = 0; pass < n_passes; ++pass) {
     const double begin = now();
     const double s = 1.0 + pass;
-    for (std::size_t k = 0; k < n; ++k) a[k] = b[k] + s * c[k];
+    for (std::size_t k = 0; k < n_triad; ++k) a[k] = b[k] + s * c[k];
     best = std::min(best, now() - begin);
     std::swap(a, b);  // so that no pass can be left out
   }
-  return static_cast<double>(n) / best;
+  return static_cast<double>(n_triad) / best;
 }
 
 double sum_of_lanes(Pack pack) {
@@ -72,6 +71,8 @@ MachineLimits measure_machine() {
   const double elements = triad_rate();
   return {24.0 * elements, 32.0 * elements, pack_rate()};
 }
+
+double MemoryStreams::memory(int n_threads) { return 3.0 * sizeof(double) * n_triad * n_threads; }
 
 MemoryStreams::MemoryStreams(int n_threads) {
   for (int t = 0; t < n_threads; ++t)

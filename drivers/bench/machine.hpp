@@ -25,6 +25,8 @@ class MemoryStreams {
   ~MemoryStreams();
   MemoryStreams(const MemoryStreams&) = delete;
   MemoryStreams& operator=(const MemoryStreams&) = delete;
+  /// Bytes that so many threads take.
+  static double memory(int n_threads);
   /// Bytes/s of all of them so far, 32 per element.
   double traffic_bandwidth() const;
 

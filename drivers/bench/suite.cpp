@@ -302,7 +302,8 @@ void Suite::cores() {
                     starved = "beside streams of memory";
   std::string obstacle = child_obstacle(1);
   if (obstacle.empty() && n_cores < 2) obstacle = "this process may use one core only";
-  if (obstacle.empty() && !fits({usual_size(), "cream", {}, {1, 1, 1}}, n_cores))
+  const BenchCase run{usual_size(), "cream", {}, {1, 1, 1}};
+  if (obstacle.empty() && !(fits(run, n_cores) && fits_into_memory(MemoryStreams::memory(n_cores))))
     obstacle = "they do not fit into the memory that is free";
   if (!obstacle.empty()) {
     for (const std::string& name : {full, starved}) add(row_without_value("cores", name, "skipped", obstacle));
