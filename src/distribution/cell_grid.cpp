@@ -1,6 +1,7 @@
 #include "distribution/cell_grid.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <map>
 
 #include "bulkley/base/error.hpp"
@@ -97,10 +98,6 @@ LocalIndex CellGrid::node_number(const Int3& node) const {
   return node_tile(grid_.tile_of_node(node)) * tile_nodes + node[0] % 4 * 16 + node[1] % 4 * 4 + node[2] % 4;
 }
 
-Int3 CellGrid::node_position(LocalIndex node) const {
-  return in_tile(grid_.tile_coordinates(node_tiles_[static_cast<std::size_t>(node / tile_nodes)]), node % tile_nodes);
-}
-
 // Whether it was not among the complete nodes before.
 bool CellGrid::need(LocalIndex node) {
   std::uint64_t& bits = needed_[static_cast<std::size_t>(node / tile_nodes)];
@@ -114,7 +111,8 @@ bool CellGrid::need(LocalIndex node) {
 void CellGrid::find_nodes(const ParticleGrid& particles, const Faces& faces) {
   const std::vector<Int3> active = particles.exchange().active_positions();
   std::vector<TileIndex> reached = tiles_;
-  for (const Int3& node : active) reached.push_back(grid_.tile_of_node(node));
+  for (const Int3& node : active)  // neighbours mostly share a tile
+    if (const TileIndex tile = grid_.tile_of_node(node); reached.empty() || reached.back() != tile) reached.push_back(tile);
   make_set(reached);
   for (const TileIndex tile : reached) add_tiles_above(tile, node_tiles_);
   // A node behind an upper wall may be in the tile after that of its image.
@@ -170,12 +168,15 @@ void CellGrid::add_images(const Faces& faces) {
     const auto axis = static_cast<std::size_t>(f / 2);
     const int wall = grid_.node_offset(f / 2) + (f % 2 == 0 ? 0 : grid_.n_cells[axis]);
     const int inwards = f % 2 == 0 ? 1 : -1;
-    for (LocalIndex node = 0; node < static_cast<LocalIndex>(node_tiles_.size()) * tile_nodes; ++node) {
-      if (!(needed_[static_cast<std::size_t>(node / tile_nodes)] >> (node % tile_nodes) & 1)) continue;
-      Int3 position = node_position(node);
-      if (position[axis] != wall + inwards) continue;
-      position[axis] = wall - inwards;
-      need(node_number(position));
+    for (std::size_t t = 0; t < node_tiles_.size(); ++t) {
+      const Int3 tile = grid_.tile_coordinates(node_tiles_[t]);
+      if (tile[axis] != (wall + inwards) / tile_width) continue;
+      for (std::uint64_t bits = needed_[t]; bits != 0; bits &= bits - 1) {
+        Int3 position = in_tile(tile, std::countr_zero(bits));
+        if (position[axis] != wall + inwards) continue;
+        position[axis] = wall - inwards;
+        need(node_number(position));
+      }
     }
   }
 }

@@ -59,7 +59,6 @@ class CellGrid {
   void sort_cells();
   LocalIndex node_tile(TileIndex tile) const;
   LocalIndex node_number(const Int3& node) const;
-  Int3 node_position(LocalIndex node) const;
   bool need(LocalIndex node);
   std::uint64_t cells_at_complete_nodes(TileIndex tile) const;
   void add_tiles_above(TileIndex tile, std::vector<TileIndex>& tiles) const;

@@ -18,7 +18,7 @@ class CellWaves {
   CellWaves(const CellGrid& cells, std::span<const CellGrid::Copy> joined);
 
   /// One wave of so many nodes and no cells. Not collective.
-  explicit CellWaves(LocalIndex n_nodes) : n_waves_(1), node_(static_cast<std::size_t>(n_nodes), 0) {}
+  explicit CellWaves(LocalIndex n_nodes) : n_waves_(1), node_(static_cast<std::size_t>(n_nodes), 0), end_{n_nodes} {}
 
   LocalIndex size() const { return n_waves_; }
   LocalIndex n_nodes() const { return static_cast<LocalIndex>(node_.size()); }

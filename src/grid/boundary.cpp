@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <optional>
+#include <utility>
 
 #include "bulkley/base/error.hpp"
 
@@ -188,16 +188,18 @@ std::vector<NodeImage> node_images(const GridGeometry& grid, const Faces& faces,
     const Face& face = faces[static_cast<std::size_t>(f)];
     const NodesBehind behind = behaviour(face.kind).behind;
     if (behind == NodesBehind::free) continue;
-    std::map<Int3, LocalIndex> front;
+    std::vector<std::pair<Int3, LocalIndex>> front;
     for (std::size_t n = 0; n < nodes.size(); ++n)
-      if (cells_inside(grid, f, nodes[n]) == 1) front[nodes[n]] = static_cast<LocalIndex>(n);
+      if (cells_inside(grid, f, nodes[n]) == 1) front.emplace_back(nodes[n], static_cast<LocalIndex>(n));
+    std::sort(front.begin(), front.end());
     Vec3 sign = Vec3::Constant(behind == NodesBehind::reversed ? -1.0 : 1.0);
     sign[f / 2] = -1.0;
     for (std::size_t n = 0; n < nodes.size(); ++n) {
       if (cells_inside(grid, f, nodes[n]) != -1) continue;
       Int3 image = nodes[n];
       image[static_cast<std::size_t>(f / 2)] += f % 2 == 0 ? 2 : -2;
-      if (const auto found = front.find(image); found != front.end())
+      const auto found = std::lower_bound(front.begin(), front.end(), std::pair(image, LocalIndex{0}));
+      if (found != front.end() && found->first == image)
         result.push_back({static_cast<LocalIndex>(n), found->second, sign, face.velocity, f});
     }
   }

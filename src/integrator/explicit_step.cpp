@@ -163,11 +163,12 @@ void ExplicitStep::solve_implicit_parts(double time, const GridUpdate& update, S
   Node* const nodes = velocity_.data();
   report.viscosity = {};
   report.pressure = {};
-  if (pressure_) pressure_->begin(time);
+  if (pressure_) pressure_->begin(time, update, nodes);
   if (viscosity_) {
     const std::span<const Node> predicted = pressure_ ? pressure_->last_impulses(update.dt) : std::span<const Node>();
     report.viscosity = viscosity_->apply(time, update, predicted, nodes, change());
     if (!report.viscosity.solved) return;
+    if (pressure_) pressure_->fetch(nodes);
   }
   if (pressure_) report.pressure = pressure_->apply(time, update, report.plan.unclipped, nodes, change());
 }

@@ -39,19 +39,19 @@ void ImplicitPressure::fit() {
   collective_guard(parts_.comm(), [&] {
     contact_.fit(*grid_);
     if (bodies_) bodies_->fit(parts_.physics.grid, *grid_);
-    const auto n = static_cast<std::size_t>(grid_->n_nodes());
-    for (NodeVector* nodes : {&free_, &held_, &impulses_}) nodes->assign(n, Node{});
-    scale_.assign(n, 0.0);
     pool_.assign(static_cast<std::size_t>(parts_.particles.layout().n_nodes()), Node{});
     owned_impulses_.assign(static_cast<std::size_t>(parts_.particles.exchange().n_owned()), Node{});
   });
   fitted_ = parts_.particles.version();
 }
 
-void ImplicitPressure::begin(double time) {
+void ImplicitPressure::begin(double time, const GridUpdate& update, const Node* nodes) {
   const PhaseTimer timer(parts_.times, Phase::pressure);
   fit();
   find_cells(time);
+  count_cells();
+  fetch(nodes);
+  select_nodes(update, nodes);
   number_cells();
   fill_cells();
 }
@@ -59,13 +59,16 @@ void ImplicitPressure::begin(double time) {
 PressureReport ImplicitPressure::apply(double time, const GridUpdate& update, double unclipped_dt, Node* nodes,
                                        Node* change) {
   const PhaseTimer timer(parts_.times, Phase::pressure);
-  fetch_nodes(update, nodes);
+  copy_nodes(update, nodes);
   gradients_of(pressure_, RowEntries::rounded);
   find_unheld(update.dt);
   contact_.begin(time, update.dt, parts_.feeds.stretches(), held_.data(),
-                 bodies_ ? bodies_->find(scale_.data()) : std::span<const NodeConstraint>());
+                 bodies_ ? bodies_->find(contact_.nodes(), scale_.data()) : std::span<const NodeConstraint>());
   if (bodies_) merge_bodies(time, update);
   set_diagonal(update.dt, unclipped_dt);
+  set_right_side(update.dt);
+  square_of_right_ = precondition(right_);
+  find_unheld(update.dt);
   if (petsc_) matrix_.number_rows(parts_.comm(), halo_, own_, rows_.size());
   preconditioned_ = false;
   PressureReport report;
@@ -83,7 +86,10 @@ PressureReport ImplicitPressure::apply(double time, const GridUpdate& update, do
     ++report.n_rounds;
     const bool last = tolerance == settings.tolerance;
     n_changed = revise(update.dt, last ? RowEntries::exact : RowEntries::rounded);
-    if (bodies_ && n_changed > 0) merge_bodies(time, update);
+    if (bodies_ && n_changed > 0) {
+      merge_bodies(time, update);
+      find_unheld(update.dt);
+    }
     settled = last && (n_changed == 0 || report.n_rounds >= settings.contact_rounds);
     if (n_changed <= few || report.n_rounds + 1 >= settings.contact_rounds) tolerance = settings.tolerance;
   }
@@ -91,104 +97,16 @@ PressureReport ImplicitPressure::apply(double time, const GridUpdate& update, do
   return report;
 }
 
-// Which cells have particles, here and on the ranks around.
-void ImplicitPressure::number_cells() {
-  const ParticleSet& particles = parts_.particles.particles();
-  counts_.assign(static_cast<std::size_t>(grid_->n_ids()), 0);
-  const std::uint8_t* const material = particles.material();
-  const std::vector<LocalIndex>& cell_of = cells();
-  for (LocalIndex p = 0; p < particles.size(); ++p)
-    if (const LocalIndex cell = cell_of[static_cast<std::size_t>(p)]; laws_[material[p]] && cell < grid_->n_own_ids())
-      ++counts_[static_cast<std::size_t>(cell)];
-  exchange_counts(parts_.comm(), *grid_, counts_);
-
-  number_of_.assign(static_cast<std::size_t>(grid_->n_ids()), -1);
-  place_of_.assign(static_cast<std::size_t>(grid_->n_own_ids()) + 1, -1);
-  own_.clear();
-  others_.clear();
-  block_of_.clear();
-  wave_of_own_.clear();
-  LocalIndex n = 0;
-  const CellWaves& waves = contact_.waves();
-  end_of_plane_.assign(static_cast<std::size_t>(waves.size()) + 1, 0);
-  std::size_t place_in_order = 0;
-  for (const LocalIndex id : grid_->order()) {
-    const auto plane = static_cast<std::size_t>(waves.planes()[place_in_order++]);
-    end_of_plane_[plane + 1] = n;
-    if (counts_[static_cast<std::size_t>(id)] == 0) continue;
-    if (id < grid_->n_own_ids()) {
-      place_of_[static_cast<std::size_t>(id)] = static_cast<LocalIndex>(own_.size());
-      own_.push_back(n);
-      wave_of_own_.push_back(waves.of_cell(id));
-      const LocalIndex place = id % tile_nodes;
-      block_of_.push_back(id / tile_nodes * 8 + place / 32 * 4 + place / 8 % 2 * 2 + place / 2 % 2);
-    } else {
-      others_.push_back(n);
-    }
-    number_of_[static_cast<std::size_t>(id)] = n++;
-    end_of_plane_[plane + 1] = n;
-  }
-  sort_own_by_wave();
-  halo_.connect(*grid_, number_of_);
-
-  rows_.width = stencil_width(parts_.physics.grid.order);
-  rows_.resize(n);
-  LocalIndex* first = rows_.first.data();
-  for (const LocalIndex id : grid_->order())
-    if (counts_[static_cast<std::size_t>(id)] > 0) first = std::ranges::copy(grid_->rows(id), first).out;
-}
-
-void ImplicitPressure::sort_own_by_wave() {
-  const auto wave = [&](std::size_t k) { return wave_of_own_[k]; };
-  own_ranges_.assign(contact_.waves().size(), own_.size(), wave);
-  own_by_wave_.resize(own_.size());
-  std::vector<std::size_t> next(static_cast<std::size_t>(contact_.waves().size()));
-  for (std::size_t w = 0; w < next.size(); ++w) next[w] = own_ranges_.begin(static_cast<LocalIndex>(w));
-  for (std::size_t k = 0; k < own_.size(); ++k) own_by_wave_[next[static_cast<std::size_t>(wave(k))]++] = own_[k];
-}
-
-void ImplicitPressure::fill_cells() {
-  const Physics& physics = parts_.physics;
-  const ParticleSet& particles = parts_.particles.particles();
-  const auto n = static_cast<std::size_t>(rows_.size());
-  group_by_cell(laws_, particles, cells(), place_of_, static_cast<LocalIndex>(own_.size()), members_);
-  for (std::vector<double>* values : {&volume_, &compliance_, &target_}) values->resize(own_.size());
-  for (std::vector<char>* states : {&may_part_, &parted_}) states->resize(own_.size());
-  for (std::vector<double>* values : {&pressure_, &right_, &residual_, &direction_, &product_, &scaled_, &inverse_diagonal_})
-    values->assign(n, 0.0);
-  const auto n_blocks = static_cast<std::size_t>(grid_->n_own_ids()) / 8;
-  for (std::vector<double>* sums : {&block_volume_, &block_mass_, &block_sum_, &inverse_block_volume_})
-    sums->assign(n_blocks, 0.0);
-  for (std::size_t k = 0; k < own_.size(); ++k) {
-    const auto c = static_cast<std::size_t>(own_[k]);
-    PressureCell cell;
-    fill_cell(physics.grid, physics.transfer.gradient, laws_, particles, members_.of(static_cast<LocalIndex>(k)), cell,
-              rows_.gradient_of(own_[k]));
-    rows_.round(own_[k]);
-    pressure_[c] = cell.start;
-    volume_[k] = cell.volume;
-    compliance_[k] = cell.compliance;
-    target_[k] = cell.target;
-    if (!carried_.empty()) account_for_carried(k);
-    may_part_[k] = cell.parts;
-    parted_[k] = cell.parts && 2.0 * cell.parted_volume > cell.volume;
-    block_volume_[static_cast<std::size_t>(block_of_[k])] += cell.volume;
-    block_mass_[static_cast<std::size_t>(block_of_[k])] += cell.mass;
-  }
-  halo_.exchange(parts_.comm(), reinterpret_cast<double*>(rows_.gradient.data()), 4 * rows_.n_stencil());
-  for (const LocalIndex c : others_) rows_.round(c);
-}
-
-void ImplicitPressure::fetch_nodes(const GridUpdate& update, const Node* nodes) {
-  parts_.particles.exchange().get(nodes, pool_.data());
-  for (const CellGrid::Copy& copy : grid_->owned()) free_[static_cast<std::size_t>(copy.node)] = nodes[copy.other];
-  for (const CellGrid::Copy& copy : grid_->in_pool())
+// pool_ has those of other ranks.
+void ImplicitPressure::copy_nodes(const GridUpdate& update, const Node* nodes) {
+  for (const CellGrid::Copy& copy : contact_.nodes().owned()) free_[static_cast<std::size_t>(copy.node)] = nodes[copy.other];
+  for (const CellGrid::Copy& copy : contact_.nodes().in_pool())
     free_[static_cast<std::size_t>(copy.node)] = pool_[static_cast<std::size_t>(copy.other)];
-  for (const LocalIndex n : grid_->complete_nodes()) {
+  for (const LocalIndex n : contact_.nodes().complete()) {
     const double mass = free_[static_cast<std::size_t>(n)].c[3];
     scale_[static_cast<std::size_t>(n)] = mass > update.smallest_mass ? 1.0 / mass : 0.0;
   }
-  repeat(grid_->repeated(), free_.data());
+  repeat(contact_.repeated(), free_.data());
 }
 
 // impulses_ = B^T p of all complete nodes; fetches p of other ranks.
@@ -196,7 +114,7 @@ void ImplicitPressure::gradients_of(std::vector<double>& p, RowEntries entries) 
   halo_.exchange(parts_.comm(), p.data(), 1);
   std::fill(impulses_.begin(), impulses_.end(), Node{});
   add_gradients(rows_, entries, 0, rows_.size(), p.data(), impulses_.data());
-  fold_repeated(grid_->repeated(), impulses_.data());
+  fold_repeated(contact_.repeated(), impulses_.data());
 }
 
 // For the walls in force.
@@ -216,7 +134,7 @@ void ImplicitPressure::multiply(double dt, std::vector<double>& p, const Pressur
   const CellWaves& waves = contact_.waves();
   LocalIndex end_of_nodes = 0;
   for (LocalIndex w = 0; w < waves.size(); ++w) {
-    const LocalIndex end = waves.end_of_nodes(w);
+    const LocalIndex end = contact_.end_of_nodes(w);
     std::fill(impulses_.begin() + end_of_nodes, impulses_.begin() + end, Node{});
     end_of_nodes = end;
     add_gradients(rows_, RowEntries::rounded, end_of_plane_[static_cast<std::size_t>(w)],
@@ -225,27 +143,57 @@ void ImplicitPressure::multiply(double dt, std::vector<double>& p, const Pressur
     volume_rates(rows_, RowEntries::rounded, own_ranges_.of(own_by_wave_, w), impulses_.data(), product_.data());
   }
   if (bodies_) bodies_->add_rates(coupling, product_.data());
-  std::fill(block_sum_.begin(), block_sum_.end(), 0.0);
-  for (std::size_t k = 0; k < own_.size(); ++k)
-    block_sum_[static_cast<std::size_t>(block_of_[k])] += volume_[k] * p[static_cast<std::size_t>(own_[k])];
+  sum_blocks(p);
   const double dt_squared = dt * dt;
   for (std::size_t k = 0; k < own_.size(); ++k) {
-    const auto c = static_cast<std::size_t>(own_[k]), b = static_cast<std::size_t>(block_of_[k]);
-    const double z = within_block_[k] * (p[c] - block_sum_[b] * inverse_block_volume_[b]);
-    product_[c] = (compliance_[k] * p[c] + dt_squared * product_[c]) + z;
+    const auto c = static_cast<std::size_t>(own_[k]);
+    product_[c] = (compliance_[k] * p[c] + dt_squared * product_[c]) + stabilisation(k, p);
   }
 }
 
-void ImplicitPressure::set_right_side(double dt) {
-  held_ = free_;
+void ImplicitPressure::sum_blocks(const std::vector<double>& p) {
+  std::fill(block_sum_.begin(), block_sum_.end(), 0.0);
+  for (std::size_t k = 0; k < own_.size(); ++k)
+    block_sum_[static_cast<std::size_t>(block_of_[k])] += volume_[k] * p[static_cast<std::size_t>(own_[k])];
+}
+
+// (Z p) of this rank's k-th cell, after `sum_blocks`.
+double ImplicitPressure::stabilisation(std::size_t k, const std::vector<double>& p) const {
+  const auto c = static_cast<std::size_t>(own_[k]), b = static_cast<std::size_t>(block_of_[k]);
+  return within_block_[k] * (p[c] - block_sum_[b] * inverse_block_volume_[b]);
+}
+
+// held_ as walls and bodies hold it, and behind walls as images.
+template <class F>
+void ImplicitPressure::hold_nodes(F velocity_of_body) {
   if (bodies_)
-    contact_.hold(held_.data(), [&](const NodeConstraint& constraint) { return bodies_->velocity_at(constraint); });
+    contact_.hold(held_.data(), velocity_of_body);
   else
     contact_.hold(held_.data());
+}
+
+// For the constraints in force. Changes held_.
+void ImplicitPressure::set_right_side(double dt) {
+  held_ = free_;
+  hold_nodes([&](const NodeConstraint& constraint) { return bodies_->velocity_at(constraint); });
   volume_rates(rows_, RowEntries::exact, own_, held_.data(), right_.data());
   for (std::size_t k = 0; k < own_.size(); ++k) {
     double& right = right_[static_cast<std::size_t>(own_[k])];
     right = target_[k] + dt * right;
+  }
+}
+
+// residual_ = b - S p, in one product: the change of volume under the velocities that p leaves, which are held_ before their
+// constraints hold them. Changes held_.
+void ImplicitPressure::find_residual(double dt) {
+  std::vector<RigidVelocity> bodies;
+  if (bodies_) bodies = bodies_->velocities_under(couple(pressure_), dt);
+  hold_nodes([&](const NodeConstraint& constraint) { return bodies_->velocity_at(constraint, bodies); });
+  volume_rates(rows_, RowEntries::exact, own_, held_.data(), residual_.data());
+  sum_blocks(pressure_);
+  for (std::size_t k = 0; k < own_.size(); ++k) {
+    const auto c = static_cast<std::size_t>(own_[k]);
+    residual_[c] = ((target_[k] - compliance_[k] * pressure_[c]) + dt * residual_[c]) - stabilisation(k, pressure_);
   }
 }
 
@@ -287,18 +235,13 @@ double ImplicitPressure::precondition(const std::vector<double>& from) {
   return reproducible_dot(parts_.comm(), from, scaled_);
 }
 
-// From the pressures that are there, for the constraints in force.
+// From the pressures that are there, for the constraints in force; held_: the velocities that they leave where nothing holds.
 void ImplicitPressure::begin_solution(double dt) {
-  set_right_side(dt);
-  square_of_right_ = precondition(right_);
-  for (std::size_t k = 0; k < own_.size(); ++k)
-    if (parted_[k]) pressure_[static_cast<std::size_t>(own_[k])] = 0.0;
-  if (petsc_) return assemble(dt);
-  multiply(dt, pressure_, couple(pressure_));
-  for (const LocalIndex own : own_) {
-    const auto c = static_cast<std::size_t>(own);
-    residual_[c] = right_[c] - product_[c];
+  if (petsc_) {
+    set_right_side(dt);
+    return assemble(dt);
   }
+  find_residual(dt);
   square_ = precondition(residual_);
   direction_ = scaled_;
   coupling_of_direction_ = coupling_of_scaled_;
@@ -375,7 +318,7 @@ bool ImplicitPressure::solve_with_petsc(const PetscGoal& goal, PressureReport& r
 void ImplicitPressure::find_unheld(double dt) {
   held_ = impulses_;
   contact_.fold(held_.data());
-  for (const LocalIndex n : grid_->complete_nodes()) {
+  for (const LocalIndex n : contact_.nodes().complete()) {
     const auto i = static_cast<std::size_t>(n);
     for (int a = 0; a < 3; ++a) held_[i].c[a] = free_[i].c[a] - dt * scale_[i] * held_[i].c[a];
   }
@@ -384,9 +327,15 @@ void ImplicitPressure::find_unheld(double dt) {
 // Walls that would pull let go, those that would be penetrated hold, and cells that hold no tension part. Returns how many
 // changed.
 GlobalIndex ImplicitPressure::revise(double dt, RowEntries entries) {
-  GlobalIndex n_changed = any_may_part_ ? revise_parted(dt) : 0;
+  GlobalIndex n_changed = 0;
   gradients_of(pressure_, entries);
   find_unheld(dt);
+  if (any_may_part_) {
+    find_residual(dt);
+    n_changed = revise_parted();
+    gradients_of(pressure_, entries);
+    find_unheld(dt);
+  }
   std::vector<RigidVelocity> bodies;
   if (bodies_ && bodies_->any_separates()) bodies = bodies_->velocities_under(couple(pressure_), dt);
   n_changed += contact_.revise(scale_.data(), held_.data(),
@@ -394,22 +343,24 @@ GlobalIndex ImplicitPressure::revise(double dt, RowEntries entries) {
   return sum_global(parts_.comm(), n_changed);
 }
 
-GlobalIndex ImplicitPressure::revise_parted(double dt) {
-  multiply(dt, pressure_, couple(pressure_));
+// By the residual, of which cells that have parted may have what closes them.
+GlobalIndex ImplicitPressure::revise_parted() {
   GlobalIndex n_changed = 0;
   for (std::size_t k = 0; k < own_.size(); ++k) {
     if (!may_part_[k]) continue;
     const auto c = static_cast<std::size_t>(own_[k]);
-    const bool part = parted_[k] ? right_[c] >= product_[c] : pressure_[c] > 0.0;
+    const bool part = parted_[k] ? residual_[c] >= 0.0 : pressure_[c] > 0.0;
     n_changed += part != static_cast<bool>(parted_[k]);
     parted_[k] = part;
+    if (part) pressure_[c] = 0.0;
   }
   return n_changed;
 }
 
 // owned_impulses_ = -dt B^T p, which is in impulses_.
 void ImplicitPressure::copy_impulses(double dt) {
-  for (const CellGrid::Copy& copy : grid_->owned()) {
+  std::ranges::fill(owned_impulses_, Node{});
+  for (const CellGrid::Copy& copy : contact_.nodes().owned()) {
     const double* const gradient = impulses_[static_cast<std::size_t>(copy.node)].c;
     owned_impulses_[static_cast<std::size_t>(copy.other)] = {{-dt * gradient[0], -dt * gradient[1], -dt * gradient[2], 0.0}};
   }
@@ -460,7 +411,7 @@ void ImplicitPressure::update_volumes(StepBounds& local) {
 
 std::size_t ImplicitPressure::memory() const {
   const std::size_t n_values = pressure_.capacity() * 7 + block_volume_.capacity() * 4 + within_block_.capacity() +
-                               scale_.capacity() + before_.capacity();
+                               scale_.capacity() + before_.capacity() + takes_part_.capacity() / sizeof(double);
   const std::size_t n_nodes =
       free_.capacity() * 3 + pool_.capacity() + owned_impulses_.capacity() + rows_.gradient.capacity();
   const std::size_t n_indices = cell_of_.capacity() + number_of_.capacity() + counts_.capacity() + own_.capacity() +

@@ -25,8 +25,11 @@ class ImplicitPressure {
   /// Makes everything fit the present pools. Collective.
   void fit();
 
-  /// Makes the system of a step from `time` of the particles as they are. Collective.
-  void begin(double time);
+  /// Makes the system of a step from `time` of the particles as they are. `nodes`: {v, m} of the owned ones before contact, images
+  /// folded. Collective.
+  void begin(double time, const GridUpdate& update, const Node* nodes);
+  /// After `begin`, where the velocities of `nodes` have changed. Collective.
+  void fetch(const Node* nodes);
   /// The impulses of the last step's pressure in a step of dt, s, of owned nodes in front of walls and behind; after `begin`,
   /// valid until `apply`. Collective.
   std::span<const Node> last_impulses(double dt);
@@ -47,17 +50,24 @@ class ImplicitPressure {
  private:
   void find_cells(double time);
   const std::vector<LocalIndex>& cells() const;
+  void count_cells();
+  void select_nodes(const GridUpdate& update, const Node* nodes);
   void number_cells();
   void sort_own_by_wave();
   void fill_cells();
   void account_for_carried(std::size_t k);
-  void fetch_nodes(const GridUpdate& update, const Node* nodes);
+  void copy_nodes(const GridUpdate& update, const Node* nodes);
   double precondition(const std::vector<double>& from);
   void begin_solution(double dt);
   bool solve(double dt, double tolerance, PressureReport& report);
   void assemble(double dt);
   bool solve_with_petsc(const PetscGoal& goal, PressureReport& report);
+  template <class F>
+  void hold_nodes(F velocity_of_body);
   void set_right_side(double dt);
+  void find_residual(double dt);
+  void sum_blocks(const std::vector<double>& p);
+  double stabilisation(std::size_t k, const std::vector<double>& p) const;
   void set_diagonal(double dt, double unclipped_dt);
   void multiply(double dt, std::vector<double>& p, const PressureBodies::Coupling& coupling);
   PressureBodies::Coupling couple(const std::vector<double>& p) const;
@@ -65,7 +75,7 @@ class ImplicitPressure {
   void gradients_of(std::vector<double>& p, RowEntries entries);
   void find_unheld(double dt);
   GlobalIndex revise(double dt, RowEntries entries);
-  GlobalIndex revise_parted(double dt);
+  GlobalIndex revise_parted();
   void copy_impulses(double dt);
   void add_impulses(const GridUpdate& update, Node* nodes, Node* change);
   double speed_scale(double dt) const;
@@ -103,7 +113,8 @@ class ImplicitPressure {
   std::vector<double> pressure_, right_, residual_, direction_, product_, scaled_, inverse_diagonal_;
   double square_ = 0.0, square_of_right_ = 0.0;  // of the residual and the right side, over the diagonal, J
   std::vector<char> parted_;                     // by place in own_: cells that hold no tension and have p = 0
-  // By node of grid_.
+  std::vector<char> takes_part_;                 // by node of grid_
+  // By node of contact_.nodes().
   NodeVector free_, held_, impulses_;
   std::vector<double> scale_;  // 1/m, 0 where empty
   NodeVector pool_, owned_impulses_;

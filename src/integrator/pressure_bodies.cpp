@@ -11,18 +11,19 @@ void PressureBodies::fit(const GridGeometry& grid, const CellGrid& cells) {
   nodes_.assign(cells.complete_nodes().begin(), cells.complete_nodes().end());
   positions_.clear();
   for (const Int3& node : cells.complete_positions()) positions_.push_back(grid.node_position(node));
-  moved_of_node_.assign(static_cast<std::size_t>(cells.n_nodes()), -1);
 }
 
-std::span<const NodeConstraint> PressureBodies::find(const double* scale) {
+std::span<const NodeConstraint> PressureBodies::find(const CellNodes& nodes, const double* scale) {
   held_.clear();
+  moved_of_node_.resize(static_cast<std::size_t>(nodes.size()));
   const std::vector<Pose> poses = bodies_.poses();
   const std::vector<RigidVelocity> velocities = bodies_.velocities();
   for (std::size_t n = 0; n < nodes_.size(); ++n) {
-    if (scale[nodes_[n]] == 0.0) continue;
+    const LocalIndex node = nodes.number(nodes_[n]);
+    if (node < 0 || scale[node] == 0.0) continue;
     std::optional<NodeConstraint> constraint = bodies_.held_at(positions_[n], poses);
     if (!constraint) continue;
-    constraint->node = nodes_[n];
+    constraint->node = node;
     constraint->velocity = velocities[bodies_.body_of(*constraint)].at(constraint->arm);
     held_.push_back(*constraint);
   }

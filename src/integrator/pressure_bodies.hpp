@@ -25,9 +25,9 @@ class PressureBodies {
   /// Of new pools. Not collective.
   void fit(const GridGeometry& grid, const CellGrid& cells);
 
-  /// The constraints of the nodes that bodies hold where they are, with their velocities as they move now. `scale`: 1/m by node, 0 where it is empty. Valid until the next call.
-  /// Not collective.
-  std::span<const NodeConstraint> find(const double* scale);
+  /// The constraints of those of `nodes` that bodies hold where they are, with their velocities as they move now. `scale`: 1/m by node,
+  /// 0 where it is empty. Valid until the next call. Not collective.
+  std::span<const NodeConstraint> find(const CellNodes& nodes, const double* scale);
 
   /// M, C and the motion without pressure for the walls in force. `velocity`: {v, m} of nodes as walls hold them; `own`: numbers of this
   /// rank's cells. Throws as RigidContact::merge. Collective.
@@ -35,8 +35,10 @@ class PressureBodies {
              const PressureRows& rows, std::span<const LocalIndex> own);
 
   /// Of the node of a constraint, as part of its body without pressure, m/s. Not collective.
-  Vec3 velocity_at(const NodeConstraint& constraint) const {
-    return velocities_[bodies_.body_of(constraint)].at(constraint.arm);
+  Vec3 velocity_at(const NodeConstraint& constraint) const { return velocity_at(constraint, velocities_); }
+  /// The same with bodies that move so. Not collective.
+  Vec3 velocity_at(const NodeConstraint& constraint, std::span<const RigidVelocity> velocities) const {
+    return velocities[bodies_.body_of(constraint)].at(constraint.arm);
   }
 
   bool any_separates() const { return bodies_.any_separates(); }

@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "distribution/cell_nodes.hpp"
 #include "distribution/cell_waves.hpp"
 #include "integrator/feed_nodes.hpp"
 #include "integrator/physics.hpp"
@@ -22,12 +23,19 @@ class PressureContact {
 
   /// Finds what touches the complete nodes of `cells`. Not collective.
   void fit(const CellGrid& cells);
-  /// Of those: no other rank owns the node. Not collective.
-  bool owns(LocalIndex node) const { return is_owned_[static_cast<std::size_t>(node)] != 0; }
   /// The waves of products with the nodes of `cells`, images completed together. Not collective.
   const CellWaves& waves() const { return waves_; }
+  /// From here on those nodes of `cells` exist for which `takes_part`, by number there, is not 0, and those which they need, which
+  /// it marks: their images. Nodes of all that follows go by their numbers in `nodes()`. Not collective.
+  void select(const CellGrid& cells, std::span<char> takes_part);
+  const CellNodes& nodes() const { return numbers_; }
+  /// No other rank owns the node. Not collective.
+  bool owns(LocalIndex node) const { return is_owned_[static_cast<std::size_t>(node)] != 0; }
+  /// The nodes from here on have no part in this wave or those before it. Not collective.
+  LocalIndex end_of_nodes(LocalIndex wave) const { return end_of_wave_[static_cast<std::size_t>(wave)]; }
+
   /// Finds what touches nodes at these `positions` in the grid, which are `nodes` of arrays of `n_nodes`; one wave has them all.
-  /// Not collective.
+  /// In place of `fit` and `select`. Not collective.
   void fit(const std::vector<Int3>& positions, std::span<const LocalIndex> nodes, LocalIndex n_nodes);
 
   /// The constraints of a step from `time`, each separating one in force where the material comes towards it. `stretches`: of the
@@ -58,8 +66,8 @@ class PressureContact {
     for (const BodyNode& body : body_nodes_)
       if (body.in_force) f(body.constraint, body.walls);
   }
-  std::span<const NodeImage> images() const { return images_; }
-  std::span<const CellGrid::Copy> repeated() const { return repeated_; }
+  std::span<const NodeImage> images() const { return images_.things; }
+  std::span<const CellGrid::Copy> repeated() const { return repeated_.things; }
   /// Impulses on the nodes of a wave -> changes of velocity that keep to the constraints: T M^-1 P T^T, T being the mirror
   /// images; of bodies, as if they could not move. `scale`: 1/m of a node, 0 where it is empty. Changes outside of constraints are those
   /// of free nodes. Not collective.
@@ -74,13 +82,13 @@ class PressureContact {
   std::vector<Source> sources(std::size_t n_nodes) const;
   template <class F>
   void for_each_projection(F f) const {
-    for (const HeldNode& held : held_) f(held.node, held.projection);
+    for (const HeldNode& held : held_.things) f(held.node, held.projection);
   }
   /// Of a node's change along each axis, the part that its constraints leave; 0 behind walls. For preconditioners.
   void weaken(Node* scales) const;
 
   /// Impulses of nodes behind walls -> their images. Not collective.
-  void fold(Node* impulses) const { fold_impulses(images_, impulses); }
+  void fold(Node* impulses) const { fold_impulses(images(), impulses); }
   /// Lifts separating constraints that would pull, and puts in force those that `free` velocities, in which no constraint has its
   /// effect, would penetrate. `tolerance`: of speed, m/s; `bodies`: how they move with this pressure. Returns how many changed at
   /// nodes of this rank, so that sums over ranks count each once. Not collective.
@@ -119,21 +127,35 @@ class PressureContact {
   void complete(Node* velocity) const;
   void find(const std::vector<Int3>& positions, std::span<const LocalIndex> nodes);
   void sort_by_wave();
+  void select();
+  LocalIndex wave_of(LocalIndex node) const { return wave_of_[static_cast<std::size_t>(node)]; }
+
+  // Things of nodes, sorted by the wave of the node.
+  template <class Thing>
+  struct ByWave {
+    std::vector<Thing> things;
+    WaveRanges ranges;
+    std::span<const Thing> of(LocalIndex wave) const { return ranges.of(things, wave); }
+  };
 
   const Physics& physics_;
-  std::vector<LocalIndex> nodes_;
-  std::vector<std::uint8_t> is_owned_;  // by node
+  // Of the pools, by the numbers of the CellGrid.
   CellWaves waves_;
-  // All of these by wave.
-  std::vector<LocalIndex> nodes_by_wave_;
-  std::vector<CellGrid::Copy> repeated_;
-  WaveRanges node_ranges_, repeated_ranges_, image_ranges_, held_ranges_;
+  std::vector<LocalIndex> all_nodes_;
+  std::vector<CellGrid::Copy> all_repeated_;
+  std::vector<NodeImage> all_images_;
   std::vector<NodeConstraint> fixed_;
   std::optional<MovingConstraints> moving_;
   FeedNodes feeds_;
-  std::vector<NodeImage> images_;
+  // Of the step, by the numbers of those that take part.
+  CellNodes numbers_;
+  std::vector<std::uint8_t> is_owned_;             // by node
+  std::vector<LocalIndex> wave_of_, end_of_wave_;  // by node; by wave
+  ByWave<LocalIndex> nodes_;
+  ByWave<CellGrid::Copy> repeated_;
+  ByWave<NodeImage> images_;
+  ByWave<HeldNode> held_;
   std::vector<Constraint> constraints_;
-  std::vector<HeldNode> held_;
   std::vector<BodyNode> body_nodes_;
 };
 
