@@ -110,6 +110,24 @@ IntegratorForecast forecast_with(IntegratorKind kind, const Scene& scene, const 
   return f;
 }
 
+// Where impacts add a good part of the steps of a scene with imex: what a larger deformation limit would save. Empty elsewhere.
+std::string note_of_deformation(const Scene& scene, const std::vector<BodyForecast>& bodies,
+                                const std::vector<Impact>& impacts, const IntegratorForecast& imex) {
+  constexpr double larger_limit = 0.3, good_part = 0.25;
+  const TimeStepSettings& settings = scene.time_stepping;
+  if (settings.integrator != IntegratorKind::imex || settings.mode == TimeStepMode::fixed ||
+      settings.deformation_limit >= larger_limit || imex.n_impact_steps < good_part * imex.n_steps)
+    return {};
+  Scene looser = scene;
+  looser.time_stepping.deformation_limit = larger_limit;
+  const IntegratorForecast forecast = forecast_with(IntegratorKind::imex, looser, bodies, impacts);
+  return fmt::format(
+      "deformation limits the steps of impacts; with time.deformation_limit = {:g} there are {:.0f}, and more where a sheet "
+      "tears, and "
+      "volumes are less exact at an impact (docs/choose-dx-dt.md)",
+      larger_limit, forecast.n_steps);
+}
+
 // Once a material, in the order of bodies and inflows.
 template <class Visit>
 void for_each_used(const Scene& scene, Visit visit) {
@@ -179,6 +197,8 @@ IntegratorChoice compare_integrators(const Scene& scene, const std::vector<BodyF
     choice.notes.push_back(scene.time_stepping.viscosity == ViscosityKind::implicit_stress
                                ? "the viscosity of a law that the program has added stays explicit"
                                : "viscosity limits the step of imex; with time.viscosity = \"implicit\" it does not");
+  if (std::string note = note_of_deformation(scene, bodies, impacts, choice.imex); !note.empty())
+    choice.notes.push_back(std::move(note));
   const double ratio = choice.explicit_step.n_steps / choice.imex.n_steps, cost = choice.imex.step_cost;
   if (choice.imex.cost < choice.explicit_step.cost) {
     choice.cheaper = IntegratorKind::imex;

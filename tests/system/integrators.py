@@ -99,6 +99,12 @@ def check_impacts(checks):
     checks.expect("for impacts", fluid, end, thrown)
     for sets in ((fluid, end, aside), (thrown,), (fluid, thrown, "time.end=0.001")):
         checks.expect_not("for impacts", *sets)
+    looser = checks.number(r"deformation_limit = 0.3 there are (\d+)", fluid, end, thrown)
+    taken = checks.number(r"imex .*; (\d+) steps", fluid, end, thrown, "time.deformation_limit=0.3")
+    if not looser == taken < impact:
+        fail(f"{impact} steps with an impact, {looser} in the note and {taken} predicted with a larger deformation limit")
+    for sets in ((fluid, end, aside), (fluid, end, thrown, "time.deformation_limit=0.3"), (fluid, end, thrown, "time.integrator=explicit")):
+        checks.expect_not("deformation_limit = 0.3", *sets)
 
 
 def check_memory(checks):
