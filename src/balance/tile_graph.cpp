@@ -3,15 +3,15 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "grid/slot_table.hpp"
+
 namespace bulkley {
 
 TileGraph tile_graph(const GridGeometry& grid, const TileLoad& load) {
   // Along an axis in which two tiles differ their footprints share what one reaches into the other. Nodes near an edge or a
   // corner are those of faces, too: there a pair of tiles counts a quarter and a sixteenth.
   const int reach = footprint_width(grid.order) - tile_width;
-  std::vector<std::int32_t> number(static_cast<std::size_t>(grid.n_tiles()), -1);  // in the load, by TileIndex
-  for (std::size_t t = 0; t < load.size(); ++t)
-    number[static_cast<std::size_t>(load.tile[t])] = static_cast<std::int32_t>(t);
+  const SlotTable number(load.tile);
   TileGraph graph;
   graph.first.reserve(load.size() + 1);
   graph.first.push_back(0);
@@ -21,7 +21,7 @@ TileGraph tile_graph(const GridGeometry& grid, const TileLoad& load) {
       const Int3 step{d / 9 - 1, d / 3 % 3 - 1, d % 3 - 1};
       const TileIndex there = grid.neighbour(here, step);
       if (there < 0 || there == load.tile[t]) continue;
-      const std::int32_t other = number[static_cast<std::size_t>(there)];
+      const std::int32_t other = number.slot(there);
       if (other < 0) continue;
       const auto entries = graph.neighbour.begin() + graph.first.back();
       if (std::find(entries, graph.neighbour.end(), other) != graph.neighbour.end()) continue;  // both ways around an axis

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "grid/node_pool.hpp"
+#include "grid/slot_table.hpp"
 #include "kernel/cells.hpp"
 
 namespace bulkley {
@@ -55,17 +56,12 @@ template <class Visit>
 void visit_reached(const GridGeometry& grid, const TileMap& map, const std::vector<TileIndex>& tiles, Visit visit) {
   const std::array<NodeMask, 8> masks = reached_masks(grid);
   const Int3 n{grid.n_tiles(0), grid.n_tiles(1), grid.n_tiles(2)};
-  std::vector<bool> given(static_cast<std::size_t>(grid.n_tiles()), false);  // the tiles in question
-  for (const TileIndex tile : tiles) given[static_cast<std::size_t>(tile)] = true;
-  std::vector<bool> visited(static_cast<std::size_t>(n[0] + 1) * (n[1] + 1) * (n[2] + 1), false);
+  const SlotTable given(tiles);
   for (const TileIndex tile : tiles) {
     const Int3 from = grid.tile_coordinates(tile);
     for (int s = 0; s < 8; ++s) {
       const Int3 step = step_of(s);
       const Int3 at{from[0] + step[0], from[1] + step[1], from[2] + step[2]};
-      const std::size_t number = (static_cast<std::size_t>(at[0]) * (n[1] + 1) + at[1]) * (n[2] + 1) + at[2];
-      if (visited[number]) continue;
-      visited[number] = true;
       std::int32_t ranks[8];
       NodeMask nodes[8];
       int n_found = 0;
@@ -74,7 +70,8 @@ void visit_reached(const GridGeometry& grid, const TileMap& map, const std::vect
         const Int3 source{at[0] - d[0], at[1] - d[1], at[2] - d[2]};
         bool inside = true;
         for (int axis = 0; axis < 3; ++axis) inside = inside && source[axis] >= 0 && source[axis] < n[axis];
-        if (!inside || !given[static_cast<std::size_t>(grid.tile_index(source))]) continue;
+        if (!inside || given.slot(grid.tile_index(source)) < 0) continue;
+        if (back < s) break;  // of the tiles that reach it, the one with the smallest step visits
         const std::int32_t rank = map.owner(grid.tile_index(source));
         int k = 0;
         while (k < n_found && ranks[k] != rank) ++k;

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <numeric>
 
 #include "bulkley/base/error.hpp"
+#include "grid/slot_table.hpp"
 #include "kernel/batch.hpp"
 
 namespace bulkley {
@@ -155,65 +155,43 @@ LocalIndex CellMap::largest_count() const { return count.empty() ? 0 : *std::max
 
 namespace {
 
-// The tiles between two corners, where a table over all tiles of the grid would be wasteful.
-struct TileBox {
-  Int3 first, size{0, 0, 0};
-
-  std::size_t volume() const { return static_cast<std::size_t>(size[0]) * size[1] * size[2]; }
-};
-
-// Smallest box that holds the tiles of the particles.
-[[gnu::flatten]] TileBox tiles_around(const CellFrame& frame, const ParticleSet& particles) {
+// Calls visit(particle, tile, node in the tile) for all, in their order.
+template <class Visit>
+void for_each_place(const GridGeometry& grid, const ParticleSet& particles, Visit visit) {
+  const CellFrame frame(grid);
+  const Int3 n_tiles{grid.n_tiles(0), grid.n_tiles(1), grid.n_tiles(2)};
   const FieldColumns<3> position(particles, Field::position);
-  TileBox box;
-  for (int a = 0; a < 3; ++a) {
-    double low = std::numeric_limits<double>::max(), high = -1.0;
-    for (LocalIndex first = 0; first < particles.size(); first += n_lanes) {
-      const Pack base = frame.base_node(a, position(first, a));
-      for (int lane = 0; lane < std::min<LocalIndex>(n_lanes, particles.size() - first); ++lane) {
-        low = std::min(low, base[lane]);
-        high = std::max(high, base[lane]);
-      }
-    }
-    box.first[a] = static_cast<int>(low) / tile_width;
-    box.size[a] = static_cast<int>(high) / tile_width - box.first[a] + 1;
+  for (LocalIndex first = 0; first < particles.size(); first += n_lanes) {
+    const Place place = place_of(frame, n_tiles, position, first);
+    TileIndex tile[n_lanes];
+    std::int32_t local[n_lanes];
+    store_integers(place.tile, tile);
+    store_integers(place.local, local);
+    for (int lane = 0; lane < std::min<LocalIndex>(n_lanes, particles.size() - first); ++lane)
+      visit(first + lane, tile[lane], local[lane]);
   }
-  return box;
 }
 
 }  // namespace
 
+// Neighbours in the order of particles mostly share a tile.
 [[gnu::flatten]] TileCensus take_census(const GridGeometry& grid, const ParticleSet& particles, int n_materials) {
   TileCensus census;
   census.n_materials = n_materials;
-  if (particles.size() == 0) return census;
-  const CellFrame frame(grid);
-  const TileBox box = tiles_around(frame, particles);
-  const TileIndex corner = (box.first[0] * box.size[1] + box.first[1]) * box.size[2] + box.first[2];
-  std::vector<std::uint64_t> cells(box.volume(), 0);
-  std::vector<LocalIndex> count(box.volume() * static_cast<std::size_t>(n_materials), 0);
-  const FieldColumns<3> position(particles, Field::position);
+  for_each_place(grid, particles, [&](LocalIndex, TileIndex tile, std::int32_t) {
+    if (census.tile.empty() || census.tile.back() != tile) census.tile.push_back(tile);
+  });
+  std::sort(census.tile.begin(), census.tile.end());
+  census.tile.erase(std::unique(census.tile.begin(), census.tile.end()), census.tile.end());
+  census.cells.assign(census.size(), 0);
+  census.count.assign(census.size() * static_cast<std::size_t>(n_materials), 0);
+  const SlotTable slots(census.tile);
   const std::uint8_t* const material = particles.material();
-  for (LocalIndex first = 0; first < particles.size(); first += n_lanes) {
-    const Place place = place_of(frame, box.size, position, first);
-    TileIndex tile[n_lanes];
-    std::int32_t local[n_lanes];
-    store_integers(place.tile - static_cast<double>(corner), tile);
-    store_integers(place.local, local);
-    for (int lane = 0; lane < std::min<LocalIndex>(n_lanes, particles.size() - first); ++lane) {
-      cells[tile[lane]] |= std::uint64_t{1} << local[lane];
-      ++count[static_cast<std::size_t>(tile[lane]) * n_materials + material[first + lane]];
-    }
-  }
-  for (std::size_t t = 0; t < cells.size(); ++t) {
-    if (cells[t] == 0) continue;
-    const int n = static_cast<int>(t);
-    const Int3 at{n / (box.size[1] * box.size[2]), n / box.size[2] % box.size[1], n % box.size[2]};
-    census.tile.push_back(grid.tile_index({box.first[0] + at[0], box.first[1] + at[1], box.first[2] + at[2]}));
-    census.cells.push_back(cells[t]);
-    const auto counts = count.begin() + static_cast<std::ptrdiff_t>(t) * n_materials;
-    census.count.insert(census.count.end(), counts, counts + n_materials);
-  }
+  for_each_place(grid, particles, [&](LocalIndex p, TileIndex tile, std::int32_t node) {
+    const auto t = static_cast<std::size_t>(slots.slot(tile));
+    census.cells[t] |= std::uint64_t{1} << node;
+    ++census.count[t * static_cast<std::size_t>(n_materials) + material[p]];
+  });
   return census;
 }
 
