@@ -13,21 +13,16 @@ void ImplicitPressure::find_cells(double time) {
   cell_of_ = parts_.particles.map().cell;
   carried_.assign(static_cast<std::size_t>(particles.size()), 0);
   const double reach = 0.5 * stencil_width(physics.grid.order) * physics.grid.cell_size;
-  for (std::size_t f = 0; f < physics.feeds.size(); ++f) {
+  std::vector<NozzleState> nozzles;
+  for (std::size_t f = 0; f < physics.feeds.size(); ++f)
+    nozzles.push_back(physics.feeds[f].at(time, parts_.feeds.stretches()[f]));
+  for_each_carried(physics, time, particles, [&](std::size_t f, LocalIndex p) {
     const Feed& feed = physics.feeds[f];
-    if (!feed.runs(time)) continue;
-    const NozzleState nozzle = feed.at(time, parts_.feeds.stretches()[f]);
-    const Feed::Front released = feed.released(time);
-    for (LocalIndex p = 0; p < particles.size(); ++p) {
-      const GlobalIndex id = particles.id()[p];
-      if (!feed.owns(id)) continue;
-      const GlobalIndex k = feed.layer_of(id);
-      const Feed::Point& point = feed.point_of(id);
-      if (feed.is_within(released, k, point)) continue;
-      carried_[static_cast<std::size_t>(p)] = 1;
-      if (feed.distance(nozzle, k, point) < -reach) cell_of_[static_cast<std::size_t>(p)] = grid_->n_own_ids();
-    }
-  }
+    const GlobalIndex id = particles.id()[p];
+    carried_[static_cast<std::size_t>(p)] = 1;
+    if (feed.distance(nozzles[f], feed.layer_of(id), feed.point_of(id)) < -reach)
+      cell_of_[static_cast<std::size_t>(p)] = grid_->n_own_ids();
+  });
 }
 
 const std::vector<LocalIndex>& ImplicitPressure::cells() const {

@@ -28,6 +28,7 @@ ExplicitStep::ExplicitStep(StepParts& parts)
                                                   : Impulses::joined),
       received_(parts.contact.no_impulses()) {
   parts_.budget.set_combined(impulses_ == Impulses::joined);
+  if (!parts.physics.shares_dilation.empty()) dilation_ = std::make_unique<CellDilation>(parts);
   if (!parts.physics.volumetric_laws.empty()) pressure_ = std::make_unique<ImplicitPressure>(parts);
   if (!parts.physics.implicit_viscosities.empty()) viscosity_ = std::make_unique<ImplicitViscosity>(parts);
   for (const NamedMaterial& named : parts.physics.materials)
@@ -85,9 +86,9 @@ StepReport ExplicitStep::step(const StepRequest& request, TimeStepState& state) 
 void ExplicitStep::compute_nodes(double time, double dt, StepReport& report, StepBounds& local) {
   parts_.prepare_forces(time, dt);
   const ForceField force = parts_.force_on_particles();
-  const SumBounds sums =
-      sum_bounds(parts_.physics.grid, parts_.physics.transfer, parts_.particles.bounds(), dt, splits_, force);
-  particles_to_nodes(dt, sums, force);
+  const SumBounds sums = sum_bounds(parts_.physics.grid, parts_.physics.transfer, parts_.particles.bounds(), dt, splits_,
+                                    force, dilation_ != nullptr);
+  particles_to_nodes(time, dt, sums, force);
   update_nodes(time, {parts_.physics.gravity, dt, empty_mass * sums.mass, impulses_ == Impulses::both}, report, local);
   nodes_to_pools();
 }
@@ -128,12 +129,13 @@ void ExplicitStep::fit() {
   if (!splits_) pool_.assign(n_pool, Node{});
 }
 
-void ExplicitStep::particles_to_nodes(double dt, const SumBounds& sums, const ForceField& force) {
+void ExplicitStep::particles_to_nodes(double time, double dt, const SumBounds& sums, const ForceField& force) {
   ParticleGrid& particles = parts_.particles;
   const auto sum_into = [&](auto* pool, auto... impulses) {
     const PhaseTimer timer(parts_.times, Phase::p2g);
+    if (dilation_) dilation_->begin(time, dt);
     p2g(particles.grid(), parts_.physics.transfer, particles.layout(), particles.particles(), particles.map(), sums, dt,
-        pool, force, impulses...);
+        pool, force, impulses..., dilation_ ? dilation_->means() : CellMeans{});
   };
   const bool joined = impulses_ == Impulses::joined;
   if (joined)
@@ -222,6 +224,12 @@ void ExplicitStep::nodes_to_particles(double dt, StepBounds& local) {
   ParticleSet& particles = grid.particles();
   const TransferSettings& transfer = physics.transfer;
   const double share = kept_share(dt);
+  CellMeans means;
+  if (dilation_) {
+    const PhaseTimer timer(parts_.times, Phase::g2p);
+    splits_ ? dilation_->find_dilation(dt, pairs_.data()) : dilation_->find_dilation(dt, pool_.data());
+    means = dilation_->means();
+  }
   grid.begin_move();
   for (LocalIndex first = 0; first < particles.size(); first += block_size) {
     const ParticleBlock block{first, first + block_size};
@@ -242,7 +250,8 @@ void ExplicitStep::nodes_to_particles(double dt, StepBounds& local) {
       if (parts_.feeds.any()) parts_.feeds.hide_spin(gradient, particles);
       double begin = MPI_Wtime();
       for (std::size_t m = 0; m < physics.materials.size(); ++m) {
-        stress_update(physics.materials[m].material, static_cast<std::uint8_t>(m), gradient, dt, particles, local, block);
+        stress_update(physics.materials[m].material, static_cast<std::uint8_t>(m), gradient, dt, particles, local, block,
+                      means);
         const double end = MPI_Wtime();
         parts_.material_seconds[m] += end - begin;
         begin = end;
@@ -270,8 +279,8 @@ std::span<const Node> ExplicitStep::node_velocities(double time) {
 
 std::size_t ExplicitStep::memory() const {
   return (pool_.capacity() + velocity_.capacity() + change_.capacity()) * sizeof(Node) +
-         pairs_.capacity() * sizeof(NodePair) + (pressure_ ? pressure_->memory() : 0) +
-         (viscosity_ ? viscosity_->memory() : 0);
+         pairs_.capacity() * sizeof(NodePair) + (dilation_ ? dilation_->memory() : 0) +
+         (pressure_ ? pressure_->memory() : 0) + (viscosity_ ? viscosity_->memory() : 0);
 }
 
 }  // namespace bulkley

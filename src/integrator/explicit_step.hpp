@@ -5,6 +5,7 @@
 
 #include <memory>
 
+#include "integrator/cell_dilation.hpp"
 #include "integrator/implicit_pressure.hpp"
 #include "integrator/implicit_viscosity.hpp"
 #include "integrator/integrator.hpp"
@@ -32,7 +33,7 @@ class ExplicitStep : public Integrator {
  private:
   double collider_speed(const StepBounds& bounds, double time, double remaining) const;
   double kept_share(double dt) const;
-  void particles_to_nodes(double dt, const SumBounds& sums, const ForceField& force);
+  void particles_to_nodes(double time, double dt, const SumBounds& sums, const ForceField& force);
   void update_nodes(double time, const GridUpdate& update, StepReport& report, StepBounds& local);
   void solve_implicit_parts(double time, const GridUpdate& update, StepReport& report);
   void push_nodes(double time, const GridUpdate& update, StepBounds& local);
@@ -51,6 +52,7 @@ class ExplicitStep : public Integrator {
   NodePairVector pairs_;  ///< of the pool, unless impulses_ are joined
   NodeVector velocity_;   ///< {m v, m}, then {v, m} of the owned nodes
   NodeVector change_;     ///< {dt f, -}, then the change of velocity in the step; unless impulses_ are joined
+  std::unique_ptr<CellDilation> dilation_;      ///< none where every particle keeps its own volume
   std::unique_ptr<ImplicitPressure> pressure_;  ///< none where all forces are explicit
   std::unique_ptr<ImplicitViscosity> viscosity_;
   ContactImpulses received_;  ///< by the colliders from this rank's nodes in the step being tried

@@ -23,6 +23,20 @@ void append_first_layers(const Physics& physics, const TileMap& map, int rank, P
 /// `bounds` with what enters while feeds run: its waves, viscosity and speed limit the step that it enters in. Not collective.
 void include_feeds(const Physics& physics, double time, StepBounds& bounds);
 
+/// Calls visit(feed, p) for the particles that feeds carry at `time`. Not collective.
+template <class Visit>
+void for_each_carried(const Physics& physics, double time, const ParticleSet& particles, Visit visit) {
+  for (std::size_t f = 0; f < physics.feeds.size(); ++f) {
+    const Feed& feed = physics.feeds[f];
+    if (!feed.runs(time)) continue;
+    const Feed::Front released = feed.released(time);
+    for (LocalIndex p = 0; p < particles.size(); ++p)
+      if (const GlobalIndex id = particles.id()[p];
+          feed.owns(id) && !feed.is_within(released, feed.layer_of(id), feed.point_of(id)))
+        visit(f, p);
+  }
+}
+
 class FeedParticles {
  public:
   /// Both must outlive this.

@@ -39,6 +39,8 @@ struct Physics {
   std::vector<Gauge> gauges;
   /// With an implicit pressure: the volumetric parts of the materials' laws, which `materials` then lack. Empty otherwise.
   VolumetricLaws volumetric_laws = {};
+  /// By material, whether its volume is a matter of cells in the explicit step. Empty: of no material.
+  std::vector<char> shares_dilation = {};
   /// With implicit viscosity: that of the materials' viscous stress, Pa s, which `materials` then lack. Empty otherwise.
   std::vector<double> implicit_viscosities = {};
   std::optional<Magnets> magnets = {};
@@ -48,6 +50,8 @@ struct Physics {
   /// momenta and impulses apart where they are summed in one otherwise.
   bool separate_energies = false;
 
+  /// Whether the volume of some material is that of cells, not of particles: by an implicit pressure or by shared dilation.
+  bool keeps_volume_of_cells() const { return !volumetric_laws.empty() || !shares_dilation.empty(); }
   /// Places of contact beside the faces: the colliders, then the feeds. Rigid bodies come after them.
   std::size_t n_obstacles() const { return colliders.size() + feeds.size(); }
 };

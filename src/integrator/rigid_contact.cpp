@@ -70,11 +70,10 @@ void RigidContact::fit(std::vector<Int3> nodes, std::vector<LocalIndex> places, 
 
 ExactSums RigidContact::no_sums() const { return {n_sums * bodies_.size(), mass_of_a_cell(physics_)}; }
 
-// An implicit pressure knows which nodes are held. There bodies reach as far as makes a plane act where it is, in the mean over where nodes
+// Where volumes are those of cells, bodies reach as far as makes a plane act where it is, in the mean over where nodes
 // lie: 0.15 cells less than sticky colliders.
 double RigidContact::reach(const RigidBody& body) const {
-  const bool pressure_is_implicit = !physics_.volumetric_laws.empty();
-  return pressure_is_implicit ? 0.6 * physics_.grid.cell_size : reach_of_hold(physics_.grid, body);
+  return physics_.keeps_volume_of_cells() ? 0.6 * physics_.grid.cell_size : reach_of_hold(physics_.grid, body);
 }
 
 // A node within the reach of several bodies is of the one in which it is deepest.

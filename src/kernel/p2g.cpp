@@ -39,6 +39,7 @@ struct Arguments {
   FieldColumns<6> kirchhoff_stress;
   FieldColumns<1> mass, reference_volume;
   FieldColumns<3> force;  // read where `forced`
+  CellMeans means;
   LocalIndex n_particles;
   double dt;
   Quad pool_constant;
@@ -83,6 +84,11 @@ void prepare(const Arguments<NodeType>& arg, LocalIndex p, int b, Batch<order, N
   const Pack volume = arg.reference_volume(p);
   SymTensor<Pack> stress;
   for (int c = 0; c < 6; ++c) stress.c[c] = arg.kirchhoff_stress(p, c);
+  if (arg.means.any()) {
+    const Pack own = (1.0 / 3.0) * ((stress.c[0] + stress.c[1]) + stress.c[2]);
+    const Pack change = arg.means.of(&CellSums::stress, p, own) - own;
+    for (int a = 0; a < 3; ++a) stress.c[a] += change;
+  }
 
   // Rows x, y, z and mass of each column. Per cell: dx m C and, for the MLS form, -dt V tau D_p^-1 dx.
   Pack q[4], a[3][4], fq[4], f[3][4];
@@ -211,8 +217,8 @@ template <SplineOrder order, GradientForm form, bool forced, Impulses impulses, 
 
 template <Impulses impulses, class NodeType>
 void run_all(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout,
-             const ParticleSet& particles, const CellMap& map, const ForceField& force, const SumBounds& sums, double dt,
-             NodeType* pool) {
+             const ParticleSet& particles, const CellMap& map, const CellMeans& means, const ForceField& force,
+             const SumBounds& sums, double dt, NodeType* pool) {
   const double m = rounding_constant(sums.mass), q = rounding_constant(sums.momentum), f = rounding_constant(sums.impulse);
   const Arguments<NodeType> arg{CellFrame(grid),
                                 grid.cell_size,
@@ -226,6 +232,7 @@ void run_all(const GridGeometry& grid, const TransferSettings& transfer, const P
                                 {particles, Field::mass},
                                 {particles, Field::reference_volume},
                                 {particles, force ? force->field : Field::velocity},
+                                means,
                                 particles.size(),
                                 dt,
                                 Quad{q, q, q, m},
@@ -246,7 +253,7 @@ void run_all(const GridGeometry& grid, const TransferSettings& transfer, const P
 }  // namespace
 
 SumBounds sum_bounds(const GridGeometry& grid, const TransferSettings& transfer, const StepBounds& bounds, double dt,
-                     bool splits, const ForceField& force) {
+                     bool splits, const ForceField& force, bool means) {
   const SplineOrder order = grid.order;
   const double slack = 1.0 + 1e-9;  // for the roundings in forming the contributions
   const double weights =
@@ -254,24 +261,27 @@ SumBounds sum_bounds(const GridGeometry& grid, const TransferSettings& transfer,
   const double ratio = transfer.gradient == GradientForm::mls ? inverse_second_moment(order) * moment_sum_ratio(order)
                                                               : gradient_sum_ratio(order);
   const double given = force ? dt * force->largest : 0.0;
-  const double impulse = dt * bounds.sums.stress_volume * ratio / grid.cell_size + given;
+  // What a cell's particles give in sum with its mean stress, deviators being as they were, is no more than sqrt(2) times what the
+  // stresses of each give.
+  const double stress = (means ? 1.4142135623730952 : 1.0) * bounds.sums.stress_volume;
+  const double impulse = dt * stress * ratio / grid.cell_size + given;
   const double momentum = bounds.sums.momentum + (splits ? 0.0 : impulse);
   return {weights * bounds.sums.mass, weights * momentum, weights * impulse};
 }
 
 void p2g(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const ParticleSet& particles,
-         const CellMap& map, const SumBounds& sums, double dt, Node* pool, const ForceField& force) {
-  run_all<Impulses::joined>(grid, transfer, layout, particles, map, force, sums, dt, pool);
+         const CellMap& map, const SumBounds& sums, double dt, Node* pool, const ForceField& force, const CellMeans& means) {
+  run_all<Impulses::joined>(grid, transfer, layout, particles, map, means, force, sums, dt, pool);
 }
 
 void p2g(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const ParticleSet& particles,
-         const CellMap& map, const SumBounds& sums, double dt, NodePair* pool, const ForceField& force,
-         Impulses impulses) {
+         const CellMap& map, const SumBounds& sums, double dt, NodePair* pool, const ForceField& force, Impulses impulses,
+         const CellMeans& means) {
   BULKLEY_ASSERT(impulses != Impulses::joined);
   if (impulses == Impulses::both)
-    run_all<Impulses::both>(grid, transfer, layout, particles, map, force, sums, dt, pool);
+    run_all<Impulses::both>(grid, transfer, layout, particles, map, means, force, sums, dt, pool);
   else
-    run_all<Impulses::apart>(grid, transfer, layout, particles, map, force, sums, dt, pool);
+    run_all<Impulses::apart>(grid, transfer, layout, particles, map, means, force, sums, dt, pool);
 }
 
 }  // namespace bulkley

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "base/order_free.hpp"
+#include "kernel/cell_means.hpp"
 #include "kernel/cells.hpp"
 #include "kernel/transfer.hpp"
 
@@ -31,19 +32,21 @@ enum class Impulses {
 };
 
 /// From the merged bounds of the previous step and the time step to come. `splits`: momenta are without impulses
-/// (Impulses::apart). Not collective.
+/// (Impulses::apart); `means`: p2g gets CellMeans. Not collective.
 SumBounds sum_bounds(const GridGeometry& grid, const TransferSettings& transfer, const StepBounds& bounds, double dt,
-                     bool splits, const ForceField& force = {});
+                     bool splits, const ForceField& force = {}, bool means = false);
 
 /// Sums mass and momentum of all particles into `pool` (zeroed here; layout.n_nodes() nodes):
 ///   m_i = sum w m_p (T4),  (m v)_i = sum w m_p (v_p + C_p (x_i - x_p)) (T5), C_p only where the transfer is affine,
 /// and the impulse dt f_i of the internal forces ((T11) or (T12), as `transfer` says), with it dt sum w F_p of `force`. A Node
-/// joins both; of a NodePair, `impulses` (apart or both) says it. `sums` must be of the same choice. Reads position, velocity, affine_velocity, kirchhoff_stress, mass, reference_volume, the force. Every contribution is rounded for
+/// joins both; of a NodePair, `impulses` (apart or both) says it. `sums` must be of the same choice.
+/// The mean stress of a particle is that of its group in `means`. Reads position, velocity, affine_velocity, kirchhoff_stress, mass, reference_volume, the force. Every contribution is rounded for
 /// order-free sums. Not collective.
 void p2g(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const ParticleSet& particles,
-         const CellMap& map, const SumBounds& sums, double dt, Node* pool, const ForceField& force = {});
+         const CellMap& map, const SumBounds& sums, double dt, Node* pool, const ForceField& force = {},
+         const CellMeans& means = {});
 void p2g(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const ParticleSet& particles,
          const CellMap& map, const SumBounds& sums, double dt, NodePair* pool, const ForceField& force = {},
-         Impulses impulses = Impulses::apart);
+         Impulses impulses = Impulses::apart, const CellMeans& means = {});
 
 }  // namespace bulkley

@@ -158,7 +158,7 @@ void count_failures(PackMask inverted, PackMask not_finite, const GlobalIndex* i
 // Flattened: every call below is inlined here, so that this file's floating-point options hold for all of it.
 template <class Law>
 [[gnu::flatten]] void update_all(const Law& law, std::uint8_t material_index, Field gradient, double dt,
-                                 ParticleSet& particles, Tally& tally, ParticleBlock block) {
+                                 const CellMeans& means, ParticleSet& particles, Tally& tally, ParticleBlock block) {
   const FieldColumns<9> velocity_gradient(particles, gradient);
   const MutableColumns<6> left_cauchy_green(particles, Field::left_cauchy_green);
   const InternalColumns<Law> internal(particles);
@@ -191,10 +191,19 @@ template <class Law>
     // Other lanes compute a particle at rest: cheap, and free of their material's or the padding's numbers.
     Tensor<Pack> L;
     for (int c = 0; c < 9; ++c) L.c[c] = select(mine, velocity_gradient(p, c), zero);
+    if (means.any()) {
+      const Pack own = (L(0, 0) + L(1, 1)) + L(2, 2);
+      const Pack change = select(mine, (1.0 / 3.0) * (means.of(&CellSums::dilation, p, own) - own), zero);
+      for (int a = 0; a < 3; ++a) L(a, a) += change;
+    }
     State<Pack, n_internal<Law>> state;
     for (int c = 0; c < 6; ++c)
       state.left_cauchy_green.c[c] = select(mine, left_cauchy_green(p, c), broadcast<Pack>(c < 3 ? 1.0 : 0.0));
     state.volume_ratio = select(mine, volume_ratio(p), broadcast<Pack>(1.0));
+    if (means.any()) {
+      const Pack own = state.volume_ratio;
+      state.volume_ratio += select(mine, means.relaxation * (means.of(&CellSums::ratio, p, own) - own), zero);
+    }
     if constexpr (internal.n > 0)
       for (int k = 0; k < internal.n; ++k)
         state.internal[k] = select(mine, load(internal.column[k] + p), broadcast<Pack>(rest.internal[k]));
@@ -261,7 +270,7 @@ OptionalFields internal_fields(std::span<const NamedMaterial> materials) {
 }
 
 void stress_update(const Material& material, std::uint8_t material_index, Field gradient, double dt, ParticleSet& particles,
-                   StepBounds& bounds, ParticleBlock block) {
+                   StepBounds& bounds, ParticleBlock block, const CellMeans& means) {
   BULKLEY_ASSERT(dt > 0.0);
   BULKLEY_ASSERT(gradient == Field::affine_velocity || gradient == Field::velocity_gradient);
   Tally tally;
@@ -269,8 +278,8 @@ void stress_update(const Material& material, std::uint8_t material_index, Field 
       [&]<class Law>(const Law& law) {
         if constexpr (requires { law.parameters.field_yield; })
           if (law.parameters.field_yield.given())
-            return update_all(InField<Law>{law}, material_index, gradient, dt, particles, tally, block);
-        update_all(law, material_index, gradient, dt, particles, tally, block);
+            return update_all(InField<Law>{law}, material_index, gradient, dt, means, particles, tally, block);
+        update_all(law, material_index, gradient, dt, means, particles, tally, block);
       },
       material);
   tally.add_to(bounds);

@@ -56,6 +56,14 @@ void check_petsc_options(const Comm& comm, const Scene& scene) {
   check_petsc_options(comm, scene.magnetics.value_or(MagneticsSettings{}));
 }
 
+std::vector<char> sharing_materials(const Scene& scene) {
+  std::vector<char> shares;
+  if (scene.time_stepping.integrator == IntegratorKind::imex || scene.transfer.dilation == Dilation::particle) return shares;
+  for (const NamedMaterial& named : scene.materials) shares.push_back(volumetric_law(named.material).has_value());
+  if (std::ranges::count(shares, 1) == 0) shares.clear();
+  return shares;
+}
+
 Physics physics_of(const Scene& scene) {
   std::vector<Collider> colliders = scene.colliders;
   for (Collider& collider : colliders) collider.shape = sampled_for_contact(collider.shape, scene.grid.cell_size);
@@ -67,6 +75,7 @@ Physics physics_of(const Scene& scene) {
       physics.volumetric_laws.push_back(volumetric_law(named.material));
       named.material = without_volumetric_law(named.material);
     }
+  physics.shares_dilation = sharing_materials(scene);
   if (scene.time_stepping.viscosity == ViscosityKind::implicit_stress)
     for (NamedMaterial& named : physics.materials) {
       physics.implicit_viscosities.push_back(separable_viscosity(named.material));

@@ -17,6 +17,9 @@ std::vector<std::string> rank_warnings(const Scene& scene);
 /// Throws UsageError where options for one of PETSc's solvers are not understood, those of the scene or those after "--". Collective.
 void check_petsc_options(const Comm& comm, const Scene& scene);
 
+/// By material, whether its particles keep the volume of cells in the explicit step; empty where none do.
+std::vector<char> sharing_materials(const Scene& scene);
+
 /// The part of a scene that the solver needs.
 Physics physics_of(const Scene& scene);
 
