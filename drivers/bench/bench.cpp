@@ -81,6 +81,7 @@ Command add_bench(CLI::App& app) {
   add_choice(*one_case, "--scheme", a->what.transfer.scheme);
   add_choice(*one_case, "--order", a->what.transfer.order);
   add_choice(*one_case, "--gradient", a->what.transfer.gradient);
+  add_choice(*one_case, "--dilation", a->what.transfer.dilation);
   add_choice(*one_case, "--integrator", a->what.integrator);
   one_case->add_flag("!--no-naive", a->effort.naive, "without the naive kernel");
   one_case->add_flag("!--no-one-rank", a->effort.one_rank, "on several ranks: without the same scene on one rank");

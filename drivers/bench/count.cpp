@@ -112,11 +112,23 @@ WorkTerm nodes(const WorkCase& w) {
   return {"nodes", w.nodes_per_particle * passes * node, w.nodes_per_particle * flops};
 }
 
+WorkTerm cell_means(const WorkCase& w) {
+  if (w.transfer.dilation == Dilation::particle) return {"cell means", 0.0, 0.0};
+  // The pressures' pass reads the normal stresses, V, J and the cell; the dilations' x, V and the cell. A cell's sums, one node's size: set
+  // (2), added to (2), divided (2), read by p2g (1); added to (2), divided (2), read by the stress update (1).
+  const double s = width(w);
+  const double bytes = (3 + 1 + 1) * pass + cell + (3 + 1) * pass + cell + w.nodes_per_particle * 12 * node;
+  // Mean stress and three rounded terms; the slopes, and the sum over the stencil, factored by axis; L and J in the stress update.
+  const double trace = (s * s * (2 * s) + s * (2 * s) + 2 * s) * lanes;
+  const double flops = (3 + 2 + 3 * 2 + 3) + weight_flops(w) + (bspline(w) ? derivative_flops(w) : 3.0 * s * 3) + trace + 6 + 2 * 7 + 3;
+  return {"cell means", bytes, flops};
+}
+
 }  // namespace
 
 std::vector<WorkTerm> count_work(const WorkCase& w) {
-  return {p2g_particles(w), p2g_coefficients(w), p2g_nodes(w), g2p_nodes(w), g2p_particles(w),
-          stress(w),        locate(w),           sort(w),      nodes(w)};
+  return {p2g_particles(w), p2g_coefficients(w), p2g_nodes(w), g2p_nodes(w), g2p_particles(w), stress(w),
+          cell_means(w),    locate(w),           sort(w),      nodes(w)};
 }
 
 }  // namespace bulkley

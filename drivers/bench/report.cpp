@@ -18,6 +18,7 @@ Json describe(const BenchCase& what, const BenchResult& r) {
           {"scheme", name_of(what.transfer.scheme)},
           {"order", name_of(what.transfer.order)},
           {"gradient", name_of(what.transfer.gradient)},
+          {"dilation", name_of(what.transfer.dilation)},
           {"integrator", name_of(what.integrator)},
           {"mach_number", rounded(r.mach_number)},
           {"yielded_fraction", rounded(r.yielded_fraction)},

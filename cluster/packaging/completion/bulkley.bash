@@ -11,6 +11,7 @@ _bulkley() {
       "bench --scheme") words="pic flip blend apic moment_flip" ;;
       "bench --order") words="quadratic cubic" ;;
       "bench --gradient") words="mls bspline" ;;
+      "bench --dilation") words="particle cell" ;;
       "bench --integrator") words="explicit imex" ;;
       "bench --only") words="floor cases sizes domain memory ranks cores imex field" ;;
       "command-reference --format") words="markdown man bash zsh" ;;
@@ -27,7 +28,7 @@ _bulkley() {
       status) words="--watch --patience --json --help" ;;
       report) words="--out --help" ;;
       rheometer) words="--material --preset --set --mode --rates --stresses --amplitudes --frequencies --strain --duration --durations --pressure --field --fields --strain-per-step --largest-strain --tolerance --points --out --plot --fit --weights --fix --range --name --density --speed --help" ;;
-      bench) words="--json --io --particles --material --steps --scheme --order --gradient --integrator --no-naive --no-one-rank --suite --small --only --help" ;;
+      bench) words="--json --io --particles --material --steps --scheme --order --gradient --dilation --integrator --no-naive --no-one-rank --suite --small --only --help" ;;
       input-reference) words="--help" ;;
       command-reference) words="--format --help" ;;
       presets) words="--markdown --help" ;;
