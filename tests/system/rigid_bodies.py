@@ -245,7 +245,7 @@ class Test:
 
 
     def warns(self):
-        """`check` says that the explicit step makes bodies slow and heavy, and that imex does not."""
+        """`check` says that the explicit step makes bodies slow and heavy, and that neither cells nor imex do."""
         outcome = self.program.run(["check", str(SCENE), *self.sets, *self.stiff], 1, self.work, 60)
         if outcome.code != 0 or ("rigid bodies with the explicit step" in outcome.text) != (self.name == "explicit"):
             fail(f"check, {self.name}: exit code {outcome.code}, or a wrong word about rigid bodies", outcome)
@@ -261,6 +261,11 @@ def main():
         test.collide(*falls)
         test.turn()
         test.separate()
+    test = Test(program, work, "cell", ["--set", 'transfer.dilation="cell"'], [])
+    test.warns()
+    test.identity()
+    test.drive()
+    test.turn()
 
 
 if __name__ == "__main__":

@@ -27,8 +27,8 @@ def column(history, name):
     return numpy.array(history[name], dtype=float)
 
 
-def added_mass(study, cells, limits=None, label="", begin=0.015, density=1.0):
-    """From the acceleration after `begin`, s, until the ball has moved a twentieth of its radius. `density`: over the fluid's."""
+def added_mass(study, cells, limits=None, label="", density=1.0, begin=0.005):
+    """From the acceleration after `begin`, s, until the ball has moved a seventieth of its radius. `density`: over the fluid's."""
     sets = {**box(3.0 * RADIUS, OFF_NODES), "domain.cell_size": RADIUS / cells,
             "rigid_bodies.0.force": ["0", "0", f"{DISPLACED:.17g}"],
             "rigid_bodies.0.density": density * DENSITY, **(limits or {})}
