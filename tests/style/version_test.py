@@ -9,7 +9,7 @@ ONE_PLACE = "CMakeLists.txt", r"^project\(bulkley VERSION ([\d.]+)"
 # Files that other programs read and that cannot ask CMake; of the changelogs the first heading.
 REPEATED = {
     "CITATION.cff": r"^version: (\S+)$",
-    "CHANGELOG.md": r"^## \[([^\]]+)\]",
+    "CHANGELOG.md": r"^## \[(\d[^\]]*)\]",
     "docs/bulkley.1": r"^\.TH BULKLEY 1 \"\" \"Bulkley (\S+)\"",
     "drivers/python/bulkley/_version.py": r"^__version__ = \"(.+)\"$",
     "cluster/packaging/spack/package.py": r"^ +version\(\"(.+)\"\)$",
