@@ -113,7 +113,7 @@ WorkTerm nodes(const WorkCase& w) {
 }
 
 WorkTerm cell_means(const WorkCase& w) {
-  if (w.transfer.dilation == Dilation::particle) return {"cell means", 0.0, 0.0};
+  if (!w.shares_dilation) return {"cell means", 0.0, 0.0};
   // The pressures' pass reads the normal stresses, V, J and the cell; the dilations' x, V and the cell. A cell's sums, one node's size: set
   // (2), added to (2), divided (2), read by p2g (1); added to (2), divided (2), read by the stress update (1).
   const double s = width(w);

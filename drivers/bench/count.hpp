@@ -18,6 +18,7 @@ struct WorkTerm {
 struct WorkCase {
   TransferSettings transfer;
   bool flows = false;               ///< the material has a yield surface
+  bool shares_dilation = false;     ///< its particles keep their volume by cells
   double sorts_per_step = 0.0;      ///< physical sorts
   double nodes_per_particle = 0.0;  ///< grid nodes that particles reach
 };

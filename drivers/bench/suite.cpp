@@ -22,6 +22,7 @@
 #include "program/version.hpp"
 #include "scene/time_step_keys.hpp"
 #include "simulation/forecast.hpp"
+#include "simulation/setup.hpp"
 
 namespace bulkley {
 
@@ -105,10 +106,12 @@ void Suite::floor() {
 
 // The floor of a case and the step's distance from it, as a clause; the count goes to `details`.
 std::string Suite::floor_of(const BenchCase& what, const BenchResult& result, Json& details) const {
-  const bool flows = std::holds_alternative<HerschelBulkley>(bench_scene(what).materials.front().material);
+  const Scene scene = bench_scene(what);
+  const bool flows = std::holds_alternative<HerschelBulkley>(scene.materials.front().material);
+  const bool shares = !sharing_materials(scene).empty();
   double bytes = 0.0, flops = 0.0;
   Json terms = Json::array();
-  for (const WorkTerm& term : count_work({what.transfer, flows, result.sorts_per_step, result.nodes_per_particle})) {
+  for (const WorkTerm& term : count_work({what.transfer, flows, shares, result.sorts_per_step, result.nodes_per_particle})) {
     bytes += term.bytes;
     flops += term.flops;
     terms.push_back({{"what", term.what}, {"bytes", rounded(term.bytes)}, {"flops", rounded(term.flops)}});

@@ -16,15 +16,16 @@ enum class GradientForm {
 
 /// Whose volume a material with a volumetric law keeps in the explicit step (docs/theory.md, "Dilation by cells").
 enum class Dilation {
-  particle,  ///< that of each particle by itself
-  cell,      ///< that of its particles in a cell together
+  automatic,  ///< by cell if the material flows, by particle if it is an elastic solid
+  particle,   ///< that of each particle by itself
+  cell,       ///< that of its particles in a cell together
 };
 
 struct TransferSettings {
   TransferScheme scheme = TransferScheme::moment_flip;
   SplineOrder order = SplineOrder::quadratic;
   GradientForm gradient = GradientForm::mls;
-  Dilation dilation = Dilation::particle;
+  Dilation dilation = Dilation::automatic;
   double flip_ratio = 0.95;        ///< alpha of the blend: v_p = (1 - alpha) v_pic + alpha v_flip
   double damping_time = 0.0;       ///< s; the residual decays in it (blend, moment_flip). 0: by flip_ratio; by the two below
   double damping_strain = 1.0;     ///< moment_flip: strain of the fastest deforming particle in which the residual decays

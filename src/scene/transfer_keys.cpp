@@ -18,7 +18,9 @@ config::Names<GradientForm> names(config::Of<GradientForm>) {
   return {{"mls", GradientForm::mls}, {"bspline", GradientForm::bspline}};
 }
 
-config::Names<Dilation> names(config::Of<Dilation>) { return {{"particle", Dilation::particle}, {"cell", Dilation::cell}}; }
+config::Names<Dilation> names(config::Of<Dilation>) {
+  return {{"auto", Dilation::automatic}, {"particle", Dilation::particle}, {"cell", Dilation::cell}};
+}
 
 const config::Keys<TransferSettings>& keys(config::Of<TransferSettings>) {
   using S = TransferSettings;
@@ -33,12 +35,10 @@ const config::Keys<TransferSettings>& keys(config::Of<TransferSettings>) {
                {.about =
                     "Form of the velocity gradient and of the internal forces: by moving least squares, or by the gradients "
                     "of the weights."})
-          .key(
-              "dilation", &S::dilation,
-              {.about = "Whose volume fluids and elastic solids keep in the explicit step: that of each particle, which "
-                        "locks thin "
-                        "sheets and layers at curved walls, or that of a material's particles in a cell together, as `imex` "
-                        "does in any case."})
+          .key("dilation", &S::dilation,
+               {.about = "Whose volume fluids and elastic solids keep in the explicit step: that of each particle, which "
+                         "locks thin sheets and layers at curved walls, or that of a material's particles in a cell "
+                         "together, as `imex` does in any case. `auto`: by cell for fluids, by particle for solids."})
           .key("flip_ratio", &S::flip_ratio,
                {.about = "Weight of FLIP in the blend, per step.", .range = config::between(0.0, 1.0)})
           .only_with("scheme = \"blend\", damping_time = 0",

@@ -243,7 +243,7 @@ Forecast forecast(const Comm& comm, const Scene& scene, int n_ranks) {
     f.warnings.push_back(
         "rigid bodies with the explicit step: in fluids they move 5 to 8 % too slowly, more with a higher bulk_modulus, and "
         "have too "
-        "large an added mass; transfer.dilation = \"cell\" and time.integrator = \"imex\" have neither fault");
+        "large an added mass; transfer.dilation = \"auto\" and time.integrator = \"imex\" have neither fault");
   if (f.n_steps > many_steps)
     f.warnings.push_back(fmt::format(
         "the run needs about {:.2g} steps (more than {:.0g}), because the stiffest material has a wave speed of "

@@ -59,7 +59,9 @@ void check_petsc_options(const Comm& comm, const Scene& scene) {
 std::vector<char> sharing_materials(const Scene& scene) {
   std::vector<char> shares;
   if (scene.time_stepping.integrator == IntegratorKind::imex || scene.transfer.dilation == Dilation::particle) return shares;
-  for (const NamedMaterial& named : scene.materials) shares.push_back(volumetric_law(named.material).has_value());
+  for (const NamedMaterial& named : scene.materials)
+    shares.push_back(volumetric_law(named.material).has_value() &&
+                     (scene.transfer.dilation == Dilation::cell || flows(named.material)));
   if (std::ranges::count(shares, 1) == 0) shares.clear();
   return shares;
 }

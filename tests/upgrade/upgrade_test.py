@@ -48,10 +48,12 @@ def check_version(program, folder, work):
 def continue_run(program, folder, scene, checkpoint, work):
     name = f"{folder.name}.{scene.stem}"
     command = ["run", str(scene), "--out", name, "--restart", str(checkpoint)]
-    refused = program.run(command, 3, work, LIMIT)  # APIC was the default then, and is not followed by another transfer unasked
-    if refused.code != 2 or 'transfer.scheme: "apic" -> "moment_flip"' not in refused.text:
-        fail(f"{name}: continues with another transfer", refused)
-    run = program.run([*command, "--set", "transfer.scheme=apic"], 3, work, LIMIT)
+    # APIC was the default then, and every particle kept its own volume; neither is followed by another unasked.
+    refused = program.run(command, 3, work, LIMIT)
+    for change in ('transfer.scheme: "apic" -> "moment_flip"', 'transfer.dilation: "particle" -> "auto"'):
+        if refused.code != 2 or change not in refused.text:
+            fail(f"{name}: continues with another transfer", refused)
+    run = program.run([*command, "--set", "transfer.scheme=apic", "--set", "transfer.dilation=particle"], 3, work, LIMIT)
     if run.code != 0:
         fail(f"{name}: cannot be continued", run)
     # The keys of the scene file are warned about, once for all ranks; those of the scene in the checkpoint are not.

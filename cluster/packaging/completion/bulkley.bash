@@ -11,7 +11,7 @@ _bulkley() {
       "bench --scheme") words="pic flip blend apic moment_flip" ;;
       "bench --order") words="quadratic cubic" ;;
       "bench --gradient") words="mls bspline" ;;
-      "bench --dilation") words="particle cell" ;;
+      "bench --dilation") words="auto particle cell" ;;
       "bench --integrator") words="explicit imex" ;;
       "bench --only") words="floor cases sizes domain memory ranks cores imex field" ;;
       "command-reference --format") words="markdown man bash zsh" ;;

@@ -89,6 +89,22 @@ TEST(SceneDifferences, FlowsAreComparedInOneConvention) {
             "materials.fluid.sigma_Y:");
 }
 
+// Checkpoints of versions without transfer.dilation: only where a fluid would go on with another one.
+TEST(SceneDifferences, FluidsOfThenKeptTheVolumeOfParticles) {
+  const auto changed = [](const std::string& text, const std::vector<std::string>& overrides) {
+    const Scene scene = parsed(text, overrides);
+    const std::string& now = scene.effective_text;
+    const std::size_t line = now.find("\ndilation = ");
+    return scene_differences(now.substr(0, line) + now.substr(now.find('\n', line + 1)), scene);
+  };
+  const std::string solid = with(small_scene, "preset = \"cream\"\n",
+                                 "law = \"neo_hookean\"\ndensity = 1000\nbulk_modulus = 1e5\nshear_modulus = 300\n");
+  EXPECT_EQ(changed(small_scene, {}), std::vector<std::string>{"transfer.dilation: \"particle\" -> \"auto\""});
+  EXPECT_TRUE(changed(small_scene, {"transfer.dilation=particle"}).empty());
+  EXPECT_TRUE(changed(small_scene, {"time.integrator=imex"}).empty());
+  EXPECT_TRUE(changed(solid, {}).empty());
+}
+
 TEST(SceneRoundTrip, OfASceneThatUsesEverything) {
   const std::string rest =
       "velocity = [0.1, -0.3, 1e-7]\nangular_velocity = [0, 0, 6.283185307179586]\nparticles_per_cell = 64\n"
