@@ -218,16 +218,17 @@ std::string boxes_text(const std::optional<Boxes>& boxes) {
 }
 
 TileMap map_of_boxes(const GridGeometry& grid, const Boxes& boxes) {
-  std::array<std::vector<int>, 3> process;  // along each axis, by tile
+  BoxOwners owners{boxes.n_ranks[0] * boxes.n_ranks[1] * boxes.n_ranks[2], {}};
   for (int axis = 0; axis < 3; ++axis)
-    for (std::size_t p = 0; p < boxes.nodes[axis].size(); ++p)
-      process[axis].insert(process[axis].end(), (boxes.nodes[axis][p] + tile_width - 1) / tile_width, static_cast<int>(p));
-  std::vector<std::int32_t> owner;
-  owner.reserve(static_cast<std::size_t>(grid.n_tiles()));
-  for (const int x : process[0])
-    for (const int y : process[1])
-      for (const int z : process[2]) owner.push_back(boxes.rank_of({x, y, z}));
-  return {boxes.n_ranks[0] * boxes.n_ranks[1] * boxes.n_ranks[2], std::move(owner)};
+    for (std::size_t p = 0; p < boxes.nodes[axis].size(); ++p) {
+      Int3 process{0, 0, 0};
+      process[axis] = static_cast<int>(p);
+      owners.of[axis].insert(owners.of[axis].end(), (boxes.nodes[axis][p] + tile_width - 1) / tile_width,
+                             boxes.rank_of(process));
+    }
+  TileMap map(std::move(owners));
+  BULKLEY_ASSERT(map.n_tiles() == grid.n_tiles());
+  return map;
 }
 
 double imbalance(const std::vector<GlobalIndex>& values) {

@@ -15,8 +15,21 @@ TileMap::TileMap(int n_ranks, std::vector<std::int32_t> owners) : n_ranks_(n_ran
 
 TileMap::TileMap(CutTree tree) : n_ranks_(tree.n_ranks()), stored_(std::move(tree)) {}
 
+TileMap::TileMap(BoxOwners boxes) : n_ranks_(boxes.n_ranks), stored_(std::move(boxes)) {
+  [[maybe_unused]] const auto largest = [](const std::vector<std::int32_t>& of) {
+    return *std::max_element(of.begin(), of.end());
+  };
+  [[maybe_unused]] const auto& [x, y, z] = std::get<BoxOwners>(stored_).of;
+  BULKLEY_ASSERT(!x.empty() && !y.empty() && !z.empty());
+  BULKLEY_ASSERT(largest(x) + largest(y) + largest(z) < n_ranks_);
+}
+
 TileIndex TileMap::n_tiles() const {
   if (const auto* owners = std::get_if<Owners>(&stored_)) return static_cast<TileIndex>(owners->size());
+  if (const auto* boxes = std::get_if<BoxOwners>(&stored_)) {
+    const auto& [x, y, z] = boxes->of;
+    return static_cast<TileIndex>(x.size() * y.size() * z.size());
+  }
   const Int3& n = std::get<CutTree>(stored_).n_tiles();
   return n[0] * n[1] * n[2];
 }
@@ -43,6 +56,9 @@ std::uint64_t TileMap::fingerprint() const {
   add(static_cast<std::uint32_t>(n_ranks_));
   if (const auto* owners = std::get_if<Owners>(&stored_)) {
     for (const std::int32_t rank : *owners) add(static_cast<std::uint32_t>(rank));
+  } else if (const auto* boxes = std::get_if<BoxOwners>(&stored_)) {
+    for (const auto& of : boxes->of)
+      for (const std::int32_t rank : of) add(static_cast<std::uint32_t>(rank));
   } else {
     const auto& cuts = std::get<CutTree>(stored_);
     for (const int n : cuts.n_tiles()) add(static_cast<std::uint32_t>(n));
@@ -56,12 +72,20 @@ std::uint64_t TileMap::fingerprint() const {
   return hash;
 }
 
-// The last number says what the others are.
+// The last number of a packed map says what the others are.
+constexpr std::int32_t of_tiles = 0, of_tree = 1, of_boxes = 2;
+
 std::vector<std::int32_t> TileMap::pack() && {
   std::vector<std::int32_t> packed;
   if (auto* owners = std::get_if<Owners>(&stored_)) {
     packed = std::exchange(*owners, {});
-    packed.push_back(0);
+    packed.push_back(of_tiles);
+    return packed;
+  }
+  if (const auto* boxes = std::get_if<BoxOwners>(&stored_)) {
+    for (const auto& of : boxes->of) packed.insert(packed.end(), of.begin(), of.end());
+    for (const auto& of : boxes->of) packed.push_back(static_cast<std::int32_t>(of.size()));
+    packed.push_back(of_boxes);
     return packed;
   }
   const auto tree = std::exchange(std::get<CutTree>(stored_), {});
@@ -72,16 +96,22 @@ std::vector<std::int32_t> TileMap::pack() && {
   }
   packed.push_back(static_cast<std::int32_t>(tree.cutting()));
   packed.insert(packed.end(), tree.n_tiles().begin(), tree.n_tiles().end());
-  packed.push_back(1);
+  packed.push_back(of_tree);
   return packed;
 }
 
 TileMap TileMap::unpack(int n_ranks, std::vector<std::int32_t> packed) {
-  const bool is_tree = packed.back() == 1;
+  const std::int32_t kind = packed.back();
   packed.pop_back();
-  if (!is_tree) return {n_ranks, std::move(packed)};
+  if (kind == of_tiles) return {n_ranks, std::move(packed)};
   Int3 n_tiles;
   std::copy_n(packed.end() - 3, 3, n_tiles.begin());
+  if (kind == of_boxes) {
+    BoxOwners boxes{n_ranks, {}};
+    const std::int32_t* from = packed.data();
+    for (int axis = 0; axis < 3; from += n_tiles[axis++]) boxes.of[axis].assign(from, from + n_tiles[axis]);
+    return TileMap(std::move(boxes));
+  }
   const auto cutting = static_cast<Cutting>(packed.end()[-4]);
   std::vector<Cut> cuts;
   for (std::size_t n = 0; n + 4 < packed.size(); n += 2)
@@ -93,6 +123,8 @@ TileMap TileMap::unpack(int n_ranks, std::vector<std::int32_t> packed) {
 
 std::size_t TileMap::memory() const {
   if (const auto* owners = std::get_if<Owners>(&stored_)) return owners->capacity() * sizeof(std::int32_t);
+  if (const auto* boxes = std::get_if<BoxOwners>(&stored_))
+    return (boxes->of[0].capacity() + boxes->of[1].capacity() + boxes->of[2].capacity()) * sizeof(std::int32_t);
   return std::get<CutTree>(stored_).cuts().capacity() * sizeof(Cut);
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 // Which rank owns which tile, and which rank owns the nodes of a tile.
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <variant>
@@ -10,9 +11,16 @@
 
 namespace bulkley {
 
+/// Owners by boxes of tiles: tile (x, y, z) belongs to rank of[0][x] + of[1][y] + of[2][z]. 4 bytes for each layer of tiles along each axis.
+struct BoxOwners {
+  int n_ranks = 1;  ///< every sum is below it
+  std::array<std::vector<std::int32_t>, 3> of;
+  bool operator==(const BoxOwners& other) const = default;
+};
+
 /// The owner of every tile of a grid: the rank that holds the tile's particles. A value, the same on every rank; ranks may
-/// own nothing. What it stores is its own affair, a rank for each tile (4 bytes a tile) or a tree of cuts, of space or of a curve (8 bytes a rank), so
-/// the rest of the program asks for owners and never holds a table of them. No function is collective.
+/// own nothing. What it stores is its own affair, boxes, a tree of cuts, of space or of a curve (8 bytes a rank), or a rank for each tile (4 bytes a
+/// tile), so the rest of the program asks for owners and never holds a table of them. No function is collective.
 class TileMap {
  public:
   /// No tiles, one rank.
@@ -20,13 +28,17 @@ class TileMap {
   /// `owners`: rank by TileIndex, each in [0, n_ranks).
   TileMap(int n_ranks, std::vector<std::int32_t> owners);
   explicit TileMap(CutTree tree);
+  explicit TileMap(BoxOwners boxes);
 
   int n_ranks() const { return n_ranks_; }
   TileIndex n_tiles() const;
   /// Precondition: 0 <= tile < n_tiles().
   std::int32_t owner(TileIndex tile) const {
     if (const auto* owners = std::get_if<Owners>(&stored_)) return (*owners)[static_cast<std::size_t>(tile)];
-    return std::get<CutTree>(stored_).owner(tile);
+    if (const auto* tree = std::get_if<CutTree>(&stored_)) return tree->owner(tile);
+    const auto& [x, y, z] = std::get<BoxOwners>(stored_).of;
+    const auto t = static_cast<std::size_t>(tile), column = t / z.size();
+    return x[column / y.size()] + y[column % y.size()] + z[t % z.size()];
   }
   /// The cuts that the map is made of; none where it has a table. Valid as long as the map is.
   const CutTree* tree() const { return std::get_if<CutTree>(&stored_); }
@@ -49,7 +61,7 @@ class TileMap {
  private:
   using Owners = std::vector<std::int32_t>;  ///< by TileIndex
   int n_ranks_ = 1;
-  std::variant<Owners, CutTree> stored_;
+  std::variant<Owners, CutTree, BoxOwners> stored_;
 };
 
 /// Tiles along each axis that may go to different ranks. A node just behind a wall and its image just in front of it have

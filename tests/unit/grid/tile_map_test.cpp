@@ -51,6 +51,29 @@ TEST(TileMapTest, IsTheSameAfterATransport) {
   EXPECT_EQ(TileMap::unpack(4, TileMap(map).pack()), map);
 }
 
+// Boxes of tiles: 3 x 2 x 4 tiles for 2 x 1 x 2 ranks, z fastest.
+TEST(TileMapTest, OfBoxesIsTheMapOfItsTiles) {
+  const BoxOwners boxes{4, {{{0, 2, 2}, {0, 0}, {0, 0, 0, 1}}}};
+  std::vector<std::int32_t> owners;
+  for (const int x : boxes.of[0])
+    for (const int y : boxes.of[1])
+      for (const int z : boxes.of[2]) owners.push_back(x + y + z);
+  const TileMap map(boxes), table(4, owners);
+  EXPECT_EQ(map.n_ranks(), 4);
+  EXPECT_EQ(map.n_tiles(), 24);
+  EXPECT_EQ(map, table);
+  EXPECT_EQ(table, map);
+  for (TileIndex tile = 0; tile < map.n_tiles(); ++tile) EXPECT_EQ(map.owner(tile), owners[static_cast<std::size_t>(tile)]);
+  EXPECT_EQ(map.owned_tiles(3), (std::vector<TileIndex>{11, 15, 19, 23}));
+  EXPECT_EQ(map.memory(), 9 * sizeof(std::int32_t));
+  EXPECT_EQ(TileMap::unpack(4, TileMap(map).pack()), map);
+  EXPECT_EQ(TileMap::unpack(4, TileMap(map).pack()).fingerprint(), map.fingerprint());
+  BoxOwners other = boxes;
+  other.of[2][2] = 1;
+  EXPECT_NE(TileMap(other), map);
+  EXPECT_NE(TileMap(other).fingerprint(), map.fingerprint());
+}
+
 // Where the tiles of the two nodes have different owners.
 TEST(NodeOwnerTest, ANodeBehindAWallAndItsImageHaveOneOwner) {
   for (int n_cells = 5; n_cells <= 12; ++n_cells) {

@@ -24,6 +24,7 @@ SHORT_BOXES = (STUDIED, "okonomiyaki_sauce_H20_W29")
 # Gates, fixed before the runs were made. Cells of 2 mm leave a sheet of two cells, which is slow: theirs are wider.
 FRAMES_3_TO_8, SHIFTED, LAST, MEAN = 0.15, 0.10, 0.10, 0.06
 SHORT = 0.30
+OF_PARTICLES_SAID = ' with `transfer.dilation = "particle"`, where a sheet of two or three cells locks'
 
 
 def flow_of(box):
@@ -137,7 +138,8 @@ class FilmedDams(Case):
             sheet.gate(f"mean signed error of frame 8, {len(finals[FINE])} boxes{', imex' if imex else ''}",
                        float(numpy.mean(finals[FINE])), MEAN)
         sheet.say((f"Implicit pressure (`imex`) with the bulk modulus of water, {TRUE_MODULUS / 1e9:g} GPa, and the shear modulus of the "
-                   f"softened fluid; transfer `{scheme}`" if imex else f"Transfer `{scheme}`")
+                   f"softened fluid; transfer `{scheme}`" if imex else
+                   f"Transfer `{scheme.removesuffix(OF_PARTICLES)}`" + OF_PARTICLES_SAID * (OF_PARTICLES in scheme))
                   + (" (the program's default)" if gated else "") + ", errors over the film's reach in frame 8"
                   + (f"; mean of frame 8 {', '.join(means)}" if means else "") + ":")
         sheet.table(["film", "cells", "worst of frames 3 to 8", "frame 8", "the same in sigma", "t0", "worst with t0",
