@@ -60,6 +60,14 @@ class Cells {
   }
   CellMeans means() const { return {groups.data(), sums.data(), 0.25}; }
 
+  void move_nodes() {
+    run.particles_to_nodes(dt);
+    run.update_nodes(dt);
+  }
+  void move_and_find_dilation() {
+    move_nodes();
+    find_dilation();
+  }
   void find_dilation() {
     const auto find = [&](const auto* nodes) {
       find_mean_dilation(run.scene.grid, run.scene.transfer, run.layout, run.map, nodes, run.particles, groups, bounds(), dt,
@@ -112,9 +120,7 @@ TEST(CellMeans, AreThoseOfTheParticlesOfAGroup) {
   for (const TransferSettings& transfer : all_transfers()) {
     SCOPED_TRACE(describe(transfer));
     Cells cells(transfer);
-    cells.run.particles_to_nodes(dt);
-    cells.run.update_nodes(dt);
-    cells.find_dilation();
+    cells.move_and_find_dilation();
     const std::vector<double> trace = traces(cells.run);
     std::vector<CellSums> truth(cells.sums.size());
     double largest = 0.0;
@@ -148,9 +154,7 @@ TEST(CellMeans, HaveTheSameBitsInAnyOrderOfParticles) {
     SCOPED_TRACE(describe(transfer));
     Cells one(transfer), other(transfer, 5);
     for (Cells* cells : {&one, &other}) {
-      cells->run.particles_to_nodes(dt);
-      cells->run.update_nodes(dt);
-      cells->find_dilation();
+      cells->move_and_find_dilation();
     }
     EXPECT_EQ(std::memcmp(one.sums.data(), other.sums.data(), one.sums.size() * sizeof(CellSums)), 0);
     const std::vector<Node> a = one.impulses(true), b = other.impulses(true);
@@ -163,9 +167,7 @@ TEST(CellMeans, StressesDoTheWorkThatDilationsTake) {
   for (const TransferSettings& transfer : all_transfers()) {
     SCOPED_TRACE(describe(transfer));
     Cells cells(transfer);
-    cells.run.particles_to_nodes(dt);
-    cells.run.update_nodes(dt);
-    cells.find_dilation();
+    cells.move_and_find_dilation();
     const std::vector<double> trace = traces(cells.run);
     const std::vector<Node> with = cells.impulses(true), without = cells.impulses(false);
     double on_nodes = 0.0, size = 0.0;
@@ -191,9 +193,7 @@ TEST(CellMeans, TakeThePlaceOfTheParticlesOwn) {
   TransferSettings transfer;
   transfer.gradient = GradientForm::bspline;
   Cells cells(transfer);
-  cells.run.particles_to_nodes(dt);
-  cells.run.update_nodes(dt);
-  cells.find_dilation();
+  cells.move_and_find_dilation();
   cells.run.gather(0.0);
   const auto update = [&](ParticleSet& set, const CellMeans& means) {
     StepBounds bounds;
@@ -226,8 +226,7 @@ TEST(CellMeans, AreNumbersWhateverTheNodesDo) {
   TransferSettings transfer;
   Cells calm(transfer), wild(transfer);
   for (Cells* cells : {&calm, &wild}) {
-    cells->run.particles_to_nodes(dt);
-    cells->run.update_nodes(dt);
+    cells->move_nodes();
   }
   const LocalIndex group = wild.groups[0];
   ASSERT_GE(group, 0);
