@@ -25,7 +25,7 @@ FOLDER = pathlib.Path(__file__).resolve().parent
 sys.path.insert(0, str(FOLDER.parent / "support"))
 sys.path.insert(0, str(FOLDER.parent / "verification/cases"))
 from bulkley_program import fail, parse_arguments, start  # noqa: E402
-from study import Run, toml  # noqa: E402
+from study import Run, commit, toml  # noqa: E402
 
 DIGITS = 5                            # significant digits of what records keep
 TRANSFERS = ("", "moment_flip", "apic")  # schemes of long runs; empty: the program's default
@@ -175,12 +175,6 @@ def rounded(value):
     if isinstance(value, (float, numpy.floating)):
         return float(f"{value:.{DIGITS}g}") if math.isfinite(value) else None
     return int(value) if isinstance(value, numpy.integer) else value
-
-
-def commit(program):
-    """The commit that a program was built from, with a + if its sources differed from it."""
-    found = re.search(r"commit (\w{1,10})\w*(-dirty)?", program.run(["--version"], 1, FOLDER, 60).text)
-    return found[1] + ("+" if found[2] else "") if found else "unknown"
 
 
 def record_of(case, run, plan, default, program):

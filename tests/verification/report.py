@@ -23,6 +23,8 @@ discretisation, at several resolutions. The cases are in `tests/verification/cas
 **Errors** are relative to the truth unless a unit is given. Where there are several, the number before the colon is the
 resolution, in cells per characteristic length of the case, and the **order** is that observed from coarsest to finest.
 A row passes if its last error (the finest resolution) is within **at most** and its order is at least the one in brackets.
+Sections say when a case was run and with which commit; those that do not were run before 27 November 2026, when particles of fluids kept their volume each
+by itself (`transfer.dilation = "particle"`) unless the scene said otherwise.
 """
 
 
@@ -51,7 +53,7 @@ def row(case, quantity):
 
 def section(result):
     lines = [f"{MARK}{result['name']} -->", f"## {result['title']}", "",
-             f"`tests/verification/cases/{result['name']}`. Truth: {result['truth']}.", ""]
+             f"`tests/verification/cases/{result['name']}`. Truth: {result['truth']}. Run on {result['date']}, commit {result['commit']}.", ""]
     for quantity in result["quantities"]:
         if quantity["truth"] is not None:
             value = quantity["levels"][-1]["value"]

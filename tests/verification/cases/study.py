@@ -4,6 +4,7 @@ A case is a folder with `scene.toml` and `case.py`; the latter makes one `Study`
 `finish()`, which writes the results for docs/verification.md and fails if a gate was missed. `study.long` is true in the
 version with finer resolutions (ctest label `slow`)."""
 
+import datetime
 import json
 import math
 import pathlib
@@ -137,7 +138,8 @@ class Study:
     def finish(self):
         """Writes the results; ends the process, with 1 if a gate was missed."""
         result = {"name": self.name, "title": self.title, "truth": self.truth, "quantities": self.quantities,
-                  "remarks": self.remarks, "plots": self.plots}
+                  "remarks": self.remarks, "plots": self.plots, "date": datetime.date.today().isoformat(),
+                  "commit": commit(self.program)}
         (self.results / f"{self.name}.json").write_text(json.dumps(result, indent=1) + "\n")
         if not self.quantities:
             fail(f"{self.name} compares nothing")
@@ -158,6 +160,13 @@ class Study:
         print(f"{self.name}: {text}: {'passed' if passed else 'FAILED'}", flush=True)
         if not passed:
             self.misses.append(f"{self.name}: {text}")
+
+
+def commit(program):
+    """The commit that a program was built from, with a + if its sources differed from it."""
+    text = program.run(["--version"], 1, pathlib.Path(__file__).parent, 60).text
+    found = re.search(r"commit (\w{1,10})\w*(-dirty)?", text)
+    return found[1] + ("+" if found[2] else "") if found else "unknown"
 
 
 def scheme_name(scheme):

@@ -22,7 +22,8 @@ def made_up(name, **more):
     single = {"quantity": "speed", "unit": "m/s", "levels": [{"label": "", "value": 2.5, "error": 0.25}], "truth": 2.0,
               "tolerance": 0.1, "relative": True, "order": None, "least_order": None, "note": "coarse only", "passed": False}
     return {"name": name, "title": name.capitalize(), "truth": "made up", "quantities": [converging, single],
-            "remarks": ["It is small."], "plots": [{"file": f"{name}.png", "caption": "A plot."}], **more}
+            "remarks": ["It is small."], "plots": [{"file": f"{name}.png", "caption": "A plot."}], "date": "2026-01-02",
+            "commit": "0123456789", **more}
 
 
 def page(*results):
