@@ -20,19 +20,22 @@ class Layer:
     angle: float = 0.0         # of the floor, radians; downhill along +x
     axisymmetric: bool = False
 
-    def spread(self, edges, heights, times):
+    def spread(self, edges, heights, times, second_order=False):
         """The lubrication equation h_t + q_x = 0, or h_t + (r q)_r / r = 0, at `times`. With the driving stress per depth
         S = rho g (sin a - cos a h_x) and the sheared depth Y = max(h - tau_c / |S|, 0), the flow is
-        q = sgn(S) n / ((n + 1)(2 n + 1)) (|S| / K)^(1/n) Y^(1 + 1/n) ((2 n + 1) h - n Y). Explicit finite volumes."""
+        q = sgn(S) n / ((n + 1)(2 n + 1)) (|S| / K)^(1/n) Y^(1 + 1/n) ((2 n + 1) h - n Y). Explicit finite volumes. The second order, of a
+        layer along x that stretches as it flows, adds the normal stress of `arrested` to the drive: S + (pi/2) tau_c h_x / h."""
         n, width = self.index, edges[1] - edges[0]
         weight = edges if self.axisymmetric else numpy.ones_like(edges)
         middle = 0.5 * (weight[1:] + weight[:-1])
         fall, lean = self.density * G * math.cos(self.angle), self.density * G * math.sin(self.angle)
+        pull = 0.5 * math.pi * self.yield_stress if second_order else 0.0
         h, now, result = heights.copy(), 0.0, []
         flow = numpy.zeros_like(edges)
         for time in times:
             while now < time - 1e-12:
-                drive = lean - fall * numpy.diff(h) / width
+                higher = numpy.maximum(numpy.maximum(h[:-1], h[1:]), 1e-9)
+                drive = lean - numpy.maximum(fall - pull / higher, 0.0) * numpy.diff(h) / width
                 size = numpy.maximum(numpy.abs(drive), 1e-9)
                 wet = numpy.where(drive > 0.0, h[:-1], h[1:]) > 1e-9  # nothing flows out of a dry cell
                 depth = numpy.where(wet, 0.5 * (h[1:] + h[:-1]), 0.0)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A slug of yield-stress fluid comes to rest on an incline; its front has the profile D = -H - ln(1 - H)."""
+"""A slug of yield-stress fluid comes to rest on an incline; its front has the profile D = -H - (1 - k) ln(1 - H), from H = 2 k on."""
 
 import math
 
@@ -14,10 +14,15 @@ THRESHOLD = 2e-3                          # m/s: at rest, root mean square
 
 
 def front_profile(volume, middles):
-    """Heights at `middles` by D = -H - ln(1 - H), H = rho g h sin a / tau_c, D = rho g d sin^2 a / (tau_c cos a)."""
+    """Reach of the layer at rest, and its heights at `middles`. Where the floor carries tau_c everywhere and the layer above is at yield as
+    well, stretched along the slope, (rho g cos a h - (pi/2) tau_c) h_x = rho g sin a h - tau_c; with H = rho g h sin a / tau_c and
+    D = rho g d sin^2 a / (tau_c cos a) for the distance d from the front that is D = -H - (1 - k) ln(1 - H) + constant, k = (pi/2) tan a. The
+    front bears no force: H = 2 k there (Layer.arrested is the same on a level floor). To first order k = 0."""
     stress, lean = PASTE.yield_stress / PASTE.density / G, math.sin(PASTE.angle)
-    depth = numpy.linspace(0.0, 0.9999, 100001)
-    height, distance = depth * stress / lean, (-depth - numpy.log1p(-depth)) * stress * math.cos(PASTE.angle) / lean**2
+    k = 0.5 * math.pi * math.tan(PASTE.angle)
+    depth = numpy.linspace(2.0 * k, 0.9999, 100001)
+    beyond = -depth - (1.0 - k) * numpy.log1p(-depth)
+    height, distance = depth * stress / lean, (beyond - beyond[0]) * stress * math.cos(PASTE.angle) / lean**2
     content = numpy.concatenate([[0.0], numpy.cumsum(0.5 * (height[1:] + height[:-1]) * numpy.diff(distance))])
     reach = numpy.interp(volume, content, distance)
     return reach, numpy.where(middles < reach, numpy.interp(reach - middles, distance, height), 0.0)
@@ -25,10 +30,11 @@ def front_profile(volume, middles):
 
 def main():
     study = Study("incline_profile", "Arrest on an incline",
-                  "Thin layer at yield on a slope: `D = -H - ln(1 - H)` with `H = rho g h sin a / tau_c`, "
-                  "`D = rho g d sin^2 a / (tau_c cos a)`; on the way there, the lubrication equation")
+                  "Thin layer at yield on a slope, to second order: `D = -H - (1 - k) ln(1 - H)` with `H = rho g h sin a / tau_c`, "
+                  "`D = rho g d sin^2 a / (tau_c cos a)` and `k = (pi/2) tan a` for the tension of the plug; on the way there, the lubrication "
+                  "equation with that tension")
     cells = (0.004, 0.00266666666666667, 0.0016) if study.long else (0.004, 0.00266666666666667)
-    end = 8.0 if study.long else 4.0
+    end = 16.0 if study.long else 4.0
     moving, rest, reach, found = [], [], [], {}
     for cell in cells:
         sets = {"domain.cell_size": cell, "domain.upper": [WIDTH, 4 * cell, 0.032], "time.end": end,
@@ -40,7 +46,7 @@ def main():
         found[cell] = heights = columns(particles, edges, 4 * cell)
         volume = float(heights.sum() * (edges[1] - edges[0]))
         grid = numpy.linspace(0.0, WIDTH, 181)
-        (truth,) = PASTE.spread(grid, numpy.where(grid[:-1] < LENGTH, volume / LENGTH, 0.0), [end])
+        (truth,) = PASTE.spread(grid, numpy.where(grid[:-1] < LENGTH, volume / LENGTH, 0.0), [end], second_order=True)
         expected = numpy.interp(middles, 0.5 * (grid[1:] + grid[:-1]), truth)
         moving.append(misplaced(heights, expected, 1.0))
         length, shape = front_profile(volume, middles)
