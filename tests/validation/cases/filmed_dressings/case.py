@@ -58,7 +58,7 @@ class FilmedDressings(Case):
             flow = record["flow"]
         else:
             shipped = load(FOLDER / "results" / f"{self.name}.json").values()
-            flow = next(entry["flow"] for entry in shipped if entry["fluid"] == fluid)
+            flow = next(entry["flow"] for entry in shipped if entry["fluid"] == fluid and entry["transfer"] == plan.transfer)
         for name, film in (("fitted", fitted), ("predicted", predicted)) if arguments.long else (("predicted", predicted),):
             label = f"{fluid}_{name}"
             run = make(self.folder / "scene.toml", label, self.sets(film, flow, cell, plan, default), program, work,
