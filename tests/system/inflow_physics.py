@@ -108,7 +108,8 @@ speed = "{speed} * min(1, t / 0.02)"
 
 
 def check_jolt(program, work, name, pressure, tolerance, more=""):
-    """A bath that a piston squeezes by 4 %, against the pressure of what has entered: how even its density is, also at the exit."""
+    """A bath that a piston squeezes by 4 %, against the pressure of what has entered: how even its density is, also at the exit. Every particle
+    keeps its own volume: cells even it out (0.4 % without a pressure, 0.2 % with)."""
     exit_place, top, speed = 0.04, 0.14, 0.05
     bath = particles_of(program, work, name, f"""gravity = [0.0, 0.0, 0.0]
 [domain]
@@ -118,6 +119,8 @@ cell_size = {CELL}
 [time]
 end = 0.09
 {more}
+[transfer]
+dilation = "particle"
 {FLUID}viscosity = 5
 [[bodies]]
 name = "bath"
