@@ -58,6 +58,8 @@ class Test:
 
     def tank(self, kind, pressure_error, side_error):
         walls = [f"boundaries.{face}={kind}" for face in ("x_lower", "x_upper", "y_lower", "y_upper", "z_lower")]
+        if kind == "separating":  # by cells the pressure of a cell is a constant, and the strip reads 4.4 % low (docs/known-limits.md)
+            walls.append("transfer.dilation=particle")
         self.at_rest(kind, walls, pressure_error, side_error, WIDTH)
 
     def at_rest(self, kind, settings, pressure_error, side_error, width, radius=0.03):
