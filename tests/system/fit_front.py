@@ -47,6 +47,10 @@ def check_least_squares():
                    wide, np.full(2, 0.01), bounds, iterations=40)
     if not (fit.converged and np.allclose(fit.point, [-1.5, 2.0], atol=5e-3)):
         fail(f"an exponential: {fit.point} instead of (-1.5, 2)")
+    fit = minimise(lambda points: [np.array([(p[0] - 1.0) / 0.5, (p[1] - p[0]**2) / 0.02]) for p in points], np.array([-1.0, 1.2]),
+                   wide, np.full(2, 0.1), bounds, iterations=60)
+    if not (fit.converged and fit.cost < 1.0 and abs(fit.point[0] - 1.0) < 2.0 * math.sqrt(fit.covariance[0, 0])):
+        fail(f"a narrow bent valley: it stops at {fit.point} with {fit.cost}")
     fit = minimise(lambda points: [(p[0] - 20.0) / 0.1 * np.ones(3) for p in points], np.zeros(2), wide, np.full(2, 0.1),
                    bounds)
     if abs(fit.point[0] - 10.0) > 1e-12 or abs(fit.covariance[1, 1] / 1e6 - 1.0) > 1e-6:
@@ -123,7 +127,7 @@ def check_fit(program, work):
     reach = np.interp(times, history["time"], history["upper_x"]) - EDGE + noise
     rows = [f"{time:.5f},{value:.6f},{SIGMA}" for time, value in zip(times, reach)]
     (work / "front.csv").write_text("\n".join(["time_s,reach_m,reach_sigma_m", *rows]) + "\n")
-    words = [SCENE, work / "front.csv", "--material", "paste", "--zero", EDGE, "--start", "2,4,0.7", "--jobs", 2, "--out",
+    words = [SCENE, work / "front.csv", "--material", "paste", "--zero", EDGE, "--start", "4,3,0.5", "--jobs", 2, "--out",
              work / "fit"]
     said = tool(program, words)
     print(said)
