@@ -26,7 +26,7 @@ def main():
                   "Roussel, Coussot 2005, thin layer at yield: `h = sqrt(2 tau_c (R - r)/(rho g))`, "
                   "`tau_c = 225 rho g V^2/(128 pi^2 R^5)`; on the way there, the lubrication equation about an axis")
     cells = (0.008, 0.005, 0.00333333333333333) if study.long else (0.008, 0.004)
-    end = 6.0 if study.long else 2.0
+    end = 6.0 if study.long else 1.0
     edges = numpy.linspace(0.0, WIDTH, RINGS + 1)
     fine = numpy.linspace(0.0, WIDTH, RINGS * FINE + 1)
     middles, radii = 0.5 * (edges[1:] + edges[:-1]), 0.5 * (fine[1:] + fine[:-1])

@@ -23,7 +23,7 @@ def main():
                   "the way there, "
                   "the lubrication equation solved in one dimension (Matson, Hogg 2007)")
     cells = (0.008, 0.004, 0.002) if study.long else (0.008, 0.004)
-    end = 10.0 if study.long else 4.0
+    end = 10.0 if study.long else 2.0
     moving, middle, rest, reach, found = [], [], [], [], {}
     for cell in cells:
         sets = {"domain.cell_size": cell, "domain.upper": [WIDTH, 4 * cell, 0.064], "time.end": end,
