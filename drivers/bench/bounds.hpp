@@ -41,14 +41,14 @@ inline const std::vector<BoundedCase>& bounded_cases() {
   using enum SplineOrder;
   using enum GradientForm;
   static const std::vector<BoundedCase> cases = {
-      {"neo-Hookean, APIC, mls", "neo_hookean", {apic, quadratic, mls}, {0.55}},
+      {"neo-Hookean, APIC, mls", "neo_hookean", {apic, quadratic, mls}, {0.46}},
       {"Herschel-Bulkley (cream), APIC, mls", "cream", {apic, quadratic, mls}, {0.70}},
       {"Herschel-Bulkley (oobleck), APIC, mls", "oobleck", {apic, quadratic, mls}, {0.70}},
       {"Herschel-Bulkley (pie), APIC, mls", "pie", {apic, quadratic, mls}},
-      {"neo-Hookean, APIC, bspline", "neo_hookean", {apic, quadratic, bspline}, {0.80}},
+      {"neo-Hookean, APIC, bspline", "neo_hookean", {apic, quadratic, bspline}, {0.62}},
       {"neo-Hookean, PIC/FLIP blend, mls", "neo_hookean", {blend, quadratic, mls}, {0.55}},
       {"neo-Hookean, moment FLIP, mls", "neo_hookean", {moment_flip, quadratic, mls}, {0.75}},
-      {"neo-Hookean, cubic, APIC, mls", "neo_hookean", {apic, cubic, mls}, {1.4}},
+      {"neo-Hookean, cubic, APIC, mls", "neo_hookean", {apic, cubic, mls}, {0.67}},
   };
   return cases;
 }
