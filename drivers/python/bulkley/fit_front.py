@@ -319,7 +319,7 @@ def parse_arguments():
                         help="shear rates of the flow curve, 1/s; default: those visited")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="for every run, as of bulkley run")
     parser.add_argument("--jobs", type=int, default=min(4, os.cpu_count() or 1), help="runs at a time; default: %(default)s")
-    parser.add_argument("--iterations", type=int, default=10, help="at most; default: %(default)s")
+    parser.add_argument("--iterations", type=int, default=15, help="at most, in each descent; default: %(default)s")
     parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("out/fit_front"), help="default: %(default)s")
     parser.add_argument("--program", default=os.environ.get("BULKLEY", str(BUILT) if BUILT.is_file() else "bulkley"),
                         help="the program, or a command that starts it, such as 'mpirun -n 4 build/bulkley'")
