@@ -9,7 +9,7 @@ namespace {
 // Bytes of one double, read or written back after it was read, and written blindly (its line is read first).
 constexpr double pass = 8.0, blind = 16.0;
 constexpr double cell = sizeof(LocalIndex);
-constexpr double node = 4 * sizeof(double);
+constexpr double node_bytes = 4 * sizeof(double);
 constexpr double lanes = 4.0;  // of a node: momentum or velocity, and mass
 
 int width(const WorkCase& w) { return stencil_width(w.transfer.order); }
@@ -109,7 +109,7 @@ WorkTerm nodes(const WorkCase& w) {
   // blindly (1 + 2); read by g2p (1).
   const double passes = (2 + (1 + 2) + 2 + (1 + 2) + 1) * (split(w) ? 2.0 : 1.0);
   const double flops = 3 + 1 + 3;  // v = p / m, gravity
-  return {"nodes", w.nodes_per_particle * passes * node, w.nodes_per_particle * flops};
+  return {"nodes", w.nodes_per_particle * passes * node_bytes, w.nodes_per_particle * flops};
 }
 
 WorkTerm cell_means(const WorkCase& w) {
@@ -117,7 +117,7 @@ WorkTerm cell_means(const WorkCase& w) {
   // The pressures' pass reads the normal stresses, V, J and the cell; the dilations' x, V and the cell. A cell's sums, one node's size: set
   // (2), added to (2), divided (2), read by p2g (1); added to (2), divided (2), read by the stress update (1).
   const double s = width(w);
-  const double bytes = (3 + 1 + 1) * pass + cell + (3 + 1) * pass + cell + w.nodes_per_particle * 12 * node;
+  const double bytes = (3 + 1 + 1) * pass + cell + (3 + 1) * pass + cell + w.nodes_per_particle * 12 * node_bytes;
   // Mean stress and three rounded terms; the slopes, and the sum over the stencil, factored by axis; L and J in the stress update.
   const double trace = (s * s * (2 * s) + s * (2 * s) + 2 * s) * lanes;
   const double flops = (3 + 2 + 3 * 2 + 3) + weight_flops(w) + (bspline(w) ? derivative_flops(w) : 3.0 * s * 3) + trace + 6 + 2 * 7 + 3;

@@ -21,7 +21,7 @@ double value_of(std::uint64_t key) {
   return std::bit_cast<double>(key & sign ? key ^ sign : ~key);
 }
 
-constexpr int digit_bits = 8, n_digits = 64 / digit_bits, n_values = 1 << digit_bits;
+constexpr int digit_bits = 8, n_digits = 64 / digit_bits, n_digit_values = 1 << digit_bits;
 
 // This rank's particles that a front counts.
 struct Sample {
@@ -57,21 +57,21 @@ void add_masses(const Sample& sample, const Search& search, int shift, GlobalInd
   for (std::size_t k = 0; k < sample.keys.size(); ++k) {
     const std::uint64_t key = sample.keys[k];
     if (!all && (key ^ search.key) >> (shift + digit_bits) != 0) continue;
-    histogram[(key >> shift) % n_values] += mass_in_units(sample.masses[k], search.unit);
+    histogram[(key >> shift) % n_digit_values] += mass_in_units(sample.masses[k], search.unit);
   }
 }
 
 void choose_digit(const GlobalIndex* histogram, int shift, double quantile, Search& search) {
   if (search.missing < 0) {
     GlobalIndex total = 0;
-    for (int digit = 0; digit < n_values; ++digit) total += histogram[digit];
+    for (int digit = 0; digit < n_digit_values; ++digit) total += histogram[digit];
     // A part in 10^12 less, so that rounding of the quantile asks for no further particle.
     const double wanted = (quantile - 1e-12) * static_cast<double>(total);
     search.missing = std::max<GlobalIndex>(1, static_cast<GlobalIndex>(std::ceil(wanted)));
     search.missing = std::min(search.missing, total);
   }
   std::uint64_t digit = 0;
-  while (digit + 1 < n_values && search.missing > histogram[digit]) search.missing -= histogram[digit++];
+  while (digit + 1 < n_digit_values && search.missing > histogram[digit]) search.missing -= histogram[digit++];
   search.key |= digit << shift;
 }
 
@@ -117,15 +117,15 @@ std::vector<double> reaches(const Comm& comm, const std::vector<Front>& fronts, 
     searches.push_back({f, std::ldexp(1.0, exponent - 52)});
   }
   if (searches.empty()) return result;
-  std::vector<GlobalIndex> histograms(searches.size() * n_values);
+  std::vector<GlobalIndex> histograms(searches.size() * n_digit_values);
   for (int shift = 64 - digit_bits; shift >= 0; shift -= digit_bits) {
     std::fill(histograms.begin(), histograms.end(), 0);
     for (std::size_t s = 0; s < searches.size(); ++s)
-      add_masses(samples[searches[s].front], searches[s], shift, histograms.data() + s * n_values);
+      add_masses(samples[searches[s].front], searches[s], shift, histograms.data() + s * n_digit_values);
     BULKLEY_MPI(MPI_Allreduce(MPI_IN_PLACE, histograms.data(), static_cast<int>(histograms.size()), MPI_INT64_T, MPI_SUM,
                               comm.get()));
     for (std::size_t s = 0; s < searches.size(); ++s)
-      choose_digit(histograms.data() + s * n_values, shift, fronts[searches[s].front].quantile, searches[s]);
+      choose_digit(histograms.data() + s * n_digit_values, shift, fronts[searches[s].front].quantile, searches[s]);
   }
   for (const Search& search : searches) result[search.front] = value_of(search.key);
   return result;

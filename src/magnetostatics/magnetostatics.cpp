@@ -15,7 +15,7 @@ namespace {
 constexpr int newton_steps = 6;
 constexpr double newton_converged = 1e-8;  // the step after it would be of the order of its square
 constexpr int relaxations = 2;             // of permeabilities at a given potential, before the first sweep
-constexpr int max_iterations = 100;
+constexpr int most_iterations = 100;
 
 // The smallest box that holds both, of which one may be empty.
 NodeBox hull(const NodeBox& a, const NodeBox& b) {
@@ -264,8 +264,8 @@ void Magnetostatics::set_right_side() {
 PotentialReport Magnetostatics::find_potential() {
   PotentialReport report;
   if (potential_solver_.has_nodes())
-    report = petsc_ ? petsc_->solve(right_, settings_.tolerance, max_iterations, potential_)
-                    : potential_solver_.solve(right_, settings_.tolerance, max_iterations, potential_);
+    report = petsc_ ? petsc_->solve(right_, settings_.tolerance, most_iterations, potential_)
+                    : potential_solver_.solve(right_, settings_.tolerance, most_iterations, potential_);
   double numbers[3] = {1.0 * report.n_iterations, report.residual, report.solved ? 1.0 : 0.0};
   BULKLEY_MPI(MPI_Bcast(numbers, 3, MPI_DOUBLE, 0, all_.get()));
   return {static_cast<int>(numbers[0]), numbers[1], numbers[2] == 1.0};
