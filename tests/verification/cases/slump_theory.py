@@ -24,12 +24,12 @@ class Layer:
         """The lubrication equation h_t + q_x = 0, or h_t + (r q)_r / r = 0, at `times`. With the driving stress per depth
         S = rho g (sin a - cos a h_x) and the sheared depth Y = max(h - tau_c / |S|, 0), the flow is
         q = sgn(S) n / ((n + 1)(2 n + 1)) (|S| / K)^(1/n) Y^(1 + 1/n) ((2 n + 1) h - n Y). Explicit finite volumes. The second order, of a
-        layer along x that stretches as it flows, adds the normal stress of `arrested` to the drive: S + (pi/2) tau_c h_x / h."""
+        layer that stretches as it flows, adds the normal stress of `arrested` to the drive: S + `tension` h_x / h."""
         n, width = self.index, edges[1] - edges[0]
         weight = edges if self.axisymmetric else numpy.ones_like(edges)
         middle = 0.5 * (weight[1:] + weight[:-1])
         fall, lean = self.density * G * math.cos(self.angle), self.density * G * math.sin(self.angle)
-        pull = 0.5 * math.pi * self.yield_stress if second_order else 0.0
+        pull = self.tension() if second_order else 0.0
         h, now, result = heights.copy(), 0.0, []
         flow = numpy.zeros_like(edges)
         for time in times:
@@ -51,23 +51,34 @@ class Layer:
             result.append(h.copy())
         return result
 
-    def arrested(self, volume, second_order=False):
-        """The layer at rest on a level floor with `volume` per width: (front, function h(x)). Where all of it has yielded, the floor
-        carries tau_c everywhere: h h_x = -t with t = tau_c / (rho g). The second order adds the normal stress of a layer at yield
-        that stretches along x, (pi/2) tau_c h over its depth: (h - c) h_x = -t with c = (pi/2) t. The front bears no force:
-        h = 2 c there."""
-        t = self.yield_stress / (self.density * G)
-        c = 0.5 * math.pi * t if second_order else 0.0
+    def tension(self):
+        """The mean over the depth of the normal stress along the layer beyond that along the depth, Pa, of a layer at yield that stretches
+        and whose floor carries tau_c: shear is tau_c (1 - z/h), so that tau_c sqrt(1 - (1 - z/h)^2), pi/4 of tau_c in the mean, is
+        left for stretching. Along x that is 2 of it. About an axis, where a layer that comes to rest spreads like r (it stays similar to
+        itself, h = R^-2 g(r/R)), stretching is the same along r and around: sqrt(3) of it, and no hoop force."""
+        return (math.sqrt(3.0) if self.axisymmetric else 2.0) * 0.25 * math.pi * self.yield_stress
 
-        def content(length):
-            return c * length + ((c * c + 2.0 * t * length)**1.5 - c**3) / (3.0 * t)
+    def arrested(self, volume, second_order=False):
+        """The layer at rest on a level floor with `volume`, per width along x: (front, function h(x)). Where all of it has yielded, the
+        floor carries tau_c everywhere: h h_x = -t with t = tau_c / (rho g). The second order adds the normal stress of a layer at
+        yield that stretches: (h - c) h_x = -t with c = `tension` / (rho g). The front bears no force: h = 2 c there."""
+        t = self.yield_stress / (self.density * G)
+        c = self.tension() / (self.density * G) if second_order else 0.0
+
+        def height(x, length):
+            return numpy.where(x < length, c + numpy.sqrt(c * c + 2.0 * t * numpy.maximum(length - x, 0.0)), 0.0)
+
+        def content(length):  # x = length (1 - s^2) takes the root of the front away
+            s = (numpy.arange(2000) + 0.5) / 2000
+            x = length * (1.0 - s * s)
+            return float(numpy.mean(height(x, length) * (2.0 * math.pi * x if self.axisymmetric else 1.0) * 2.0 * length * s))
         low, high = 0.0, 1.0
         while content(high) < volume:
             high *= 2.0
-        for _ in range(100):
+        for _ in range(60):
             middle = 0.5 * (low + high)
             low, high = (middle, high) if content(middle) < volume else (low, middle)
-        return high, lambda x: numpy.where(x < high, c + numpy.sqrt(c * c + 2.0 * t * numpy.maximum(high - x, 0.0)), 0.0)
+        return high, lambda x: height(x, high)
 
 
 def quarter_cylinder(radius, height, cell):

@@ -109,11 +109,14 @@ class Study:
         self._record(quantity, [{"label": "", "value": float(error), "error": float(error)}], None, tolerance, unit, None, None,
                      True, note)
 
-    def expect_convergence(self, quantity, cells, errors, tolerance, order, unit="", note=""):
+    def expect_convergence(self, quantity, cells, errors, tolerance, order, unit="", note="", truth_error=0.0):
         """Errors over resolutions: `cells` (cells per characteristic length, ascending), `errors` at each. The finest error is
-        at most `tolerance`, and the observed order from the coarsest to the finest at least `order`."""
+        at most `tolerance`, and the observed order from the coarsest to the finest at least `order`, unless all errors are below
+        `truth_error`, how far the truth itself may be off: they have no order."""
         levels = [{"label": f"{n:g}", "value": float(e), "error": float(e)} for n, e in zip(cells, errors)]
         observed = math.log(errors[0] / errors[-1]) / math.log(cells[-1] / cells[0])
+        if max(errors) <= truth_error:
+            observed, order, note = None, None, f"{note}; " * bool(note) + f"no order: the truth itself may be off by {truth_error:.2g}"
         self._record(quantity, levels, None, tolerance, unit, observed, order, True, note)
 
     def remark(self, sentence):
