@@ -34,7 +34,7 @@ def main():
                   "`D = rho g d sin^2 a / (tau_c cos a)` and `k = (pi/2) tan a` for the tension of the plug; on the way there, the lubrication "
                   "equation with that tension")
     cells = (0.004, 0.00266666666666667, 0.0016) if study.long else (0.004, 0.00266666666666667)
-    end = 16.0 if study.long else 1.5
+    end = 16.0 if study.long else 4.0
     moving, rest, reach, found = [], [], [], {}
     for cell in cells:
         sets = {"domain.cell_size": cell, "domain.upper": [WIDTH, 4 * cell, 0.032], "time.end": end,
