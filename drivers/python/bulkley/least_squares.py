@@ -91,18 +91,18 @@ class Problem:
         return point, cost, converged
 
     def along_the_valley(self, point, cost, largest, iterations):
-        """The better of a minimum and those that are found from both sides of it."""
+        """(point, converged): the better of a minimum and those that are found from both sides of it."""
         _, jacobian, _ = self.linearised(point, 1.0)
         free = self.prior > self.step
         scaled = jacobian[:, free] * self.prior[free]
         weakest = np.zeros(len(point))
         weakest[free] = np.linalg.eigh(scaled.T @ scaled)[1][:, 0]
-        best = point, cost
+        best = point, cost, True
         for side in (AWAY, -AWAY):
             other, reached, _ = self.descend(self.within(point + side * weakest * self.prior), largest, iterations, 1.0)
             if reached < best[1]:
-                best = self.descend(other, largest, iterations, FINEST)[:2]
-        return best
+                best = self.descend(other, largest, iterations, FINEST)
+        return best[0], best[2]
 
     def enlarged(self, covariance, point, cost, variance):
         """The covariance, made so large that what it predicts of the costs of the runs near the minimum is not too much:
@@ -136,7 +136,7 @@ def minimise(residuals: Residuals, start: np.ndarray, prior: np.ndarray, step: n
     problem = Problem(residuals, start, prior, step, bounds, tell)
     point, cost, converged = problem.descend(problem.centre, largest, iterations, FINEST)
     if converged:
-        point, cost = problem.along_the_valley(point, cost, largest, iterations)
+        point, converged = problem.along_the_valley(point, cost, largest, iterations)
     base, jacobian, cost = problem.linearised(point, 1.0)
     misfit = float(base @ base)
     variance = max(1.0, misfit / max(1, len(base) - int(np.sum(prior > step))))
