@@ -26,14 +26,14 @@ void check_faces(const GridGeometry& grid, const Faces& faces) {
                        ": a face is periodic if and only if its axis of the grid is");
 }
 
-/// Cells from face f to the node, positive inside the domain. From indices, so that no rounding can move a wall.
+}  // namespace
+
+// From indices, so that no rounding can move a wall.
 int cells_inside(const GridGeometry& grid, int f, const Int3& node) {
   const int axis = f / 2;
   const int from_lower = node[static_cast<std::size_t>(axis)] - grid.node_offset(axis);
   return f % 2 == 0 ? from_lower : grid.n_cells[static_cast<std::size_t>(axis)] - from_lower;
 }
-
-}  // namespace
 
 // How far in front of a collider a node is still held, m. Where the nearest held nodes are far behind the surface, they
 // have next to no weight left for the material at the surface, which slides past: with three quarters of a cell, a plane

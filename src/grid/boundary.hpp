@@ -28,6 +28,9 @@ struct Collider {
 /// called again once a mesh has been read. Not collective.
 void settle_center(Collider& collider);
 
+/// Cells from face `f` (x lower, x upper, y lower, ...) to the node, positive inside the domain. Not collective.
+int cells_inside(const GridGeometry& grid, int f, const Int3& node);
+
 /// How far in front of an obstacle a node is still held, m. Not collective.
 double hold_distance(const GridGeometry& grid, Contact contact);
 

@@ -26,6 +26,7 @@ ExplicitStep::ExplicitStep(StepParts& parts)
       impulses_(splits_                           ? Impulses::apart
                 : parts.physics.separate_energies ? Impulses::both
                                                   : Impulses::joined),
+      crowding_(parts.physics, block_size),
       received_(parts.contact.no_impulses()) {
   parts_.budget.set_combined(impulses_ == Impulses::joined);
   if (!parts.physics.shares_dilation.empty()) dilation_ = std::make_unique<CellDilation>(parts);
@@ -90,6 +91,7 @@ void ExplicitStep::compute_nodes(double time, double dt, StepReport& report, Ste
                                     force, dilation_ != nullptr);
   particles_to_nodes(time, dt, sums, force);
   update_nodes(time, {parts_.physics.gravity, dt, empty_mass * sums.mass, impulses_ == Impulses::both}, report, local);
+  if (dt > 0.0) crowding_.find_fullness(parts_.particles.exchange().active_nodes(), velocity_.data());
   nodes_to_pools();
 }
 
@@ -122,6 +124,7 @@ void ExplicitStep::fit() {
   const auto n_owned = static_cast<std::size_t>(parts_.particles.exchange().n_owned());
   const auto n_pool = static_cast<std::size_t>(parts_.particles.layout().n_nodes());
   velocity_.assign(n_owned, Node{});
+  crowding_.fit(parts_.particles.exchange());
   if (impulses_ != Impulses::joined) {
     change_.assign(n_owned, Node{});
     pairs_.assign(n_pool, NodePair{});
@@ -238,10 +241,13 @@ void ExplicitStep::nodes_to_particles(double dt, StepBounds& local) {
       const PhaseTimer timer(parts_.times, Phase::g2p);
       parts_.before_move(block);
       if (splits_)
-        g2p(physics.grid, transfer, grid.layout(), grid.map(), dt, share, pairs_.data(), particles, local, block);
+        g2p(physics.grid, transfer, grid.layout(), grid.map(), dt, share, pairs_.data(), particles, local, block,
+            crowding_.of_block());
       else
-        g2p(physics.grid, transfer, grid.layout(), grid.map(), dt, pool_.data(), particles, local, block);
+        g2p(physics.grid, transfer, grid.layout(), grid.map(), dt, pool_.data(), particles, local, block,
+            crowding_.of_block());
       if (parts_.feeds.any()) parts_.feeds.carry(gradient, particles, local, block);
+      crowding_.spare(parts_.feeds.carried(), block, particles.size());
       parts_.after_move(block);
     }
     if (pressure_) pressure_->keep_volumes(block);
@@ -251,7 +257,7 @@ void ExplicitStep::nodes_to_particles(double dt, StepBounds& local) {
       double begin = MPI_Wtime();
       for (std::size_t m = 0; m < physics.materials.size(); ++m) {
         stress_update(physics.materials[m].material, static_cast<std::uint8_t>(m), gradient, dt, particles, local, block,
-                      means);
+                      means, crowding_.of_material(m));
         const double end = MPI_Wtime();
         parts_.material_seconds[m] += end - begin;
         begin = end;
@@ -279,7 +285,7 @@ std::span<const Node> ExplicitStep::node_velocities(double time) {
 
 std::size_t ExplicitStep::memory() const {
   return (pool_.capacity() + velocity_.capacity() + change_.capacity()) * sizeof(Node) +
-         pairs_.capacity() * sizeof(NodePair) + (dilation_ ? dilation_->memory() : 0) +
+         pairs_.capacity() * sizeof(NodePair) + crowding_.memory() + (dilation_ ? dilation_->memory() : 0) +
          (pressure_ ? pressure_->memory() : 0) + (viscosity_ ? viscosity_->memory() : 0);
 }
 

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "integrator/cell_dilation.hpp"
+#include "integrator/crowding.hpp"
 #include "integrator/implicit_pressure.hpp"
 #include "integrator/implicit_viscosity.hpp"
 #include "integrator/integrator.hpp"
@@ -52,6 +53,7 @@ class ExplicitStep : public Integrator {
   NodePairVector pairs_;  ///< of the pool, unless impulses_ are joined
   NodeVector velocity_;   ///< {m v, m}, then {v, m} of the owned nodes
   NodeVector change_;     ///< {dt f, -}, then the change of velocity in the step; unless impulses_ are joined
+  Crowding crowding_;
   std::unique_ptr<CellDilation> dilation_;      ///< none where every particle keeps its own volume
   std::unique_ptr<ImplicitPressure> pressure_;  ///< none where all forces are explicit
   std::unique_ptr<ImplicitViscosity> viscosity_;

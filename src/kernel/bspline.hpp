@@ -40,6 +40,18 @@ inline void spline_derivatives(Real fx, Real (&d)[stencil_width(order)]) {
   }
 }
 
+/// The integral of the spline of a node from -infinity to `distance`, in cells from it: 0 to 1.
+inline double spline_integral(SplineOrder order, double distance) {
+  if (distance > 0.0) return 1.0 - spline_integral(order, -distance);
+  const double d = distance;
+  if (order == SplineOrder::quadratic) {
+    const double a = d + 1.5;
+    return a <= 0.0 ? 0.0 : d < -0.5 ? a * a * a / 6.0 : 0.5 + (0.75 - d * d / 3.0) * d;
+  }
+  const double a = d + 2.0;
+  return a <= 0.0 ? 0.0 : d < -1.0 ? a * a * a * a / 24.0 : 0.5 + ((2.0 / 3.0) - (1.0 / 3.0 + 0.125 * d) * d * d) * d;
+}
+
 /// D_p^-1 dx^2: the inverse of the second moment of the weights (T3), 4 (quadratic) or 3 (cubic), whatever the position.
 constexpr double inverse_second_moment(SplineOrder order) { return order == SplineOrder::quadratic ? 4.0 : 3.0; }
 

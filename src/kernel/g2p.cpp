@@ -143,6 +143,7 @@ struct Arguments {
   double dt;
   double kept_share;  // of the residual
   const NodeType* nodes;
+  double* gathered = nullptr;  // by particle of the block
 };
 
 // What the nodes give to n_lanes particles, from the sums of the batch: v, C_p and L_p (row-major).
@@ -246,8 +247,8 @@ void keep_residual(const Arguments<NodePair>& arg, int b, const Batch<order, Nod
     velocity[r] = motion.velocity[r] + share * q[r];
     for (int c = 0; c < 3; ++c) {
       const int rc = 3 * r + c, cr = 3 * c + r;
-      affine[rc] =
-          motion.affine[rc] + share * (residual[rc] - drift[rc]) + (0.5 * dt) * ((torque[rc] - torque[cr]) - (turned[rc] + turned[cr]));
+      affine[rc] = motion.affine[rc] + share * (residual[rc] - drift[rc]) +
+                   (0.5 * dt) * ((torque[rc] - torque[cr]) - (turned[rc] + turned[cr]));
     }
   }
 }
@@ -304,7 +305,9 @@ class Update {
     if (set.has(Field::velocity_gradient)) velocity_gradient_.emplace(set, Field::velocity_gradient);
   }
 
-  void operator()(LocalIndex p, int b, int n, const Batch<order, NodeOf<kept>>& batch) {
+  void operator()(LocalIndex p, LocalIndex place, int b, int n, const Batch<order, NodeOf<kept>>& batch) {
+    if (arg_.gathered)
+      for (int lane = 0; lane < n_lanes; ++lane) arg_.gathered[place + lane] = batch.velocity[b + lane][0][3];
     mass_.prefetch(p + prefetch_distance);
     velocity_.prefetch(p + prefetch_distance);
     if constexpr (moments) affine_velocity_.prefetch(p + prefetch_distance);
@@ -366,8 +369,9 @@ template <SplineOrder order, bool moments, bool gradients, Kept kept>
 [[gnu::flatten]] void update_all(const Arguments<NodeOf<kept>>& arg, ParticleSet& particles, ParticleBlock block,
                                  StepBounds& bounds) {
   Update<order, moments, gradients, kept> update(arg, particles);
-  for_each_pack<order, moments, gradients, kept>(
-      arg, particles, block, [&](LocalIndex p, int b, int n, const auto& batch) { update(p, b, n, batch); });
+  for_each_pack<order, moments, gradients, kept>(arg, particles, block, [&](LocalIndex p, int b, int n, const auto& batch) {
+    update(p, p - block.begin, b, n, batch);
+  });
   update.merge_into(bounds);
 }
 
@@ -394,27 +398,30 @@ void measure_all(const Arguments<NodeType>& arg, const ParticleSet& particles, c
 
 template <class NodeType>
 Arguments<NodeType> arguments(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout,
-                              const CellMap& map, double dt, double kept_share, const NodeType* nodes) {
-  return {CellFrame(grid), grid.cell_size, transfer, layout.row_offsets().data(), map.cell.data(), dt, kept_share, nodes};
+                              const CellMap& map, double dt, double kept_share, const NodeType* nodes,
+                              double* gathered = nullptr) {
+  return {CellFrame(grid), grid.cell_size, transfer, layout.row_offsets().data(), map.cell.data(), dt,
+          kept_share,      nodes,          gathered};
 }
 
 }  // namespace
 
 void g2p(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const CellMap& map, double dt,
-         const Node* nodes, ParticleSet& particles, StepBounds& bounds, ParticleBlock block) {
+         const Node* nodes, ParticleSet& particles, StepBounds& bounds, ParticleBlock block, double* gathered) {
   BULKLEY_ASSERT(!transfer.keeps_residual());
   BULKLEY_ASSERT(transfer.needs_velocity_gradient() == particles.has(Field::velocity_gradient));
-  const auto arg = arguments(grid, transfer, layout, map, dt, 0.0, nodes);
+  const auto arg = arguments(grid, transfer, layout, map, dt, 0.0, nodes, gathered);
   with_sums(grid, transfer, [&](auto order, auto moments, auto gradients) {
     update_all<order(), moments(), gradients(), Kept::nothing>(arg, particles, block, bounds);
   });
 }
 
 void g2p(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const CellMap& map, double dt,
-         double kept_share, const NodePair* nodes, ParticleSet& particles, StepBounds& bounds, ParticleBlock block) {
+         double kept_share, const NodePair* nodes, ParticleSet& particles, StepBounds& bounds, ParticleBlock block,
+         double* gathered) {
   BULKLEY_ASSERT(transfer.keeps_residual());
   BULKLEY_ASSERT(transfer.needs_velocity_gradient() == particles.has(Field::velocity_gradient));
-  const auto arg = arguments(grid, transfer, layout, map, dt, kept_share, nodes);
+  const auto arg = arguments(grid, transfer, layout, map, dt, kept_share, nodes, gathered);
   with_sums(grid, transfer, [&](auto order, auto moments, auto gradients) {
     if constexpr (moments())
       if (transfer.affine()) return update_all<order(), true, gradients(), Kept::moments>(arg, particles, block, bounds);

@@ -12,6 +12,9 @@ namespace bulkley {
 
 namespace {
 
+// (V5). Particles that a flow mixes surround one another unevenly, by less than a tenth; an excess of a fifth halves in a shear of one.
+constexpr double tolerated_fullness = 1.1, decay_by_shear = 5.0;
+
 // What one call finds. Plain numbers, apart from StepBounds: the compiler's choice of products to fuse in the loop below, and with it
 // the last bits of the stress, depends on all code that is inlined there, and bookkeeping shall not change it.
 struct Tally {
@@ -155,10 +158,24 @@ void count_failures(PackMask inverted, PackMask not_finite, const GlobalIndex* i
   }
 }
 
+// J of particles that have less room than it says: the excess decays with the shear, the faster the larger it is (V5).
+Pack crowded(Pack J, Pack fullness, const Tensor<Pack>& L, double dt) {
+  const Pack excess = maximum(fullness * J - tolerated_fullness, broadcast<Pack>(0.0));
+  if (!any(excess > broadcast<Pack>(0.0))) return J;
+  const Pack mean = (1.0 / 3.0) * ((L(0, 0) + L(1, 1)) + L(2, 2));
+  Pack square{};
+  for (int a = 0; a < 3; ++a) {
+    const Pack normal = L(a, a) - mean, shear = L(a, (a + 1) % 3) + L((a + 1) % 3, a);
+    square += 2.0 * (normal * normal) + shear * shear;
+  }
+  return J / (1.0 + (decay_by_shear * dt * square_root(square)) * (excess * excess));
+}
+
 // Flattened: every call below is inlined here, so that this file's floating-point options hold for all of it.
 template <class Law>
 [[gnu::flatten]] void update_all(const Law& law, std::uint8_t material_index, Field gradient, double dt,
-                                 const CellMeans& means, ParticleSet& particles, Tally& tally, ParticleBlock block) {
+                                 const CellMeans& means, const double* fullness, ParticleSet& particles, Tally& tally,
+                                 ParticleBlock block) {
   const FieldColumns<9> velocity_gradient(particles, gradient);
   const MutableColumns<6> left_cauchy_green(particles, Field::left_cauchy_green);
   const InternalColumns<Law> internal(particles);
@@ -204,6 +221,10 @@ template <class Law>
       const Pack own = state.volume_ratio;
       state.volume_ratio += select(mine, means.relaxation * (means.of(&CellSums::ratio, p, own) - own), zero);
     }
+    if constexpr (Law::flows)
+      if (fullness)
+        state.volume_ratio =
+            select(mine, crowded(state.volume_ratio, load(fullness + (p - block.begin)), L, dt), state.volume_ratio);
     if constexpr (internal.n > 0)
       for (int k = 0; k < internal.n; ++k)
         state.internal[k] = select(mine, load(internal.column[k] + p), broadcast<Pack>(rest.internal[k]));
@@ -270,7 +291,7 @@ OptionalFields internal_fields(std::span<const NamedMaterial> materials) {
 }
 
 void stress_update(const Material& material, std::uint8_t material_index, Field gradient, double dt, ParticleSet& particles,
-                   StepBounds& bounds, ParticleBlock block, const CellMeans& means) {
+                   StepBounds& bounds, ParticleBlock block, const CellMeans& means, const double* fullness) {
   BULKLEY_ASSERT(dt > 0.0);
   BULKLEY_ASSERT(gradient == Field::affine_velocity || gradient == Field::velocity_gradient);
   Tally tally;
@@ -278,8 +299,8 @@ void stress_update(const Material& material, std::uint8_t material_index, Field 
       [&]<class Law>(const Law& law) {
         if constexpr (requires { law.parameters.field_yield; })
           if (law.parameters.field_yield.given())
-            return update_all(InField<Law>{law}, material_index, gradient, dt, means, particles, tally, block);
-        update_all(law, material_index, gradient, dt, means, particles, tally, block);
+            return update_all(InField<Law>{law}, material_index, gradient, dt, means, fullness, particles, tally, block);
+        update_all(law, material_index, gradient, dt, means, fullness, particles, tally, block);
       },
       material);
   tally.add_to(bounds);

@@ -131,13 +131,13 @@ class SerialStep {
   }
 
   /// The kernel g2p on a block.
-  void gather(double dt, ParticleBlock block = {}) {
-    if (!split()) return g2p(scene.grid, scene.transfer, layout, map, dt, nodes.data(), particles, bounds, block);
+  void gather(double dt, ParticleBlock block = {}, double* gathered = nullptr) {
+    if (!split()) return g2p(scene.grid, scene.transfer, layout, map, dt, nodes.data(), particles, bounds, block, gathered);
     std::vector<NodePair> pairs;
     for (std::size_t n = 0; n < nodes.size(); ++n) pairs.push_back({nodes[n], impulse[n]});
     const double rate = scene.transfer.damping_time > 0.0 ? 1.0 / scene.transfer.damping_time : 0.0;
     g2p(scene.grid, scene.transfer, layout, map, dt, scene.transfer.kept_share(dt, rate), pairs.data(), particles, bounds,
-        block);
+        block, gathered);
   }
 
   Vec3 node_position(std::size_t n) const {

@@ -47,6 +47,21 @@ class Bspline : public testing::Test {
 using Orders = testing::Types<Order<SplineOrder::quadratic>, Order<SplineOrder::cubic>>;
 TYPED_TEST_SUITE(Bspline, Orders);
 
+TYPED_TEST(Bspline, IntegralIsThatOfTheTextbook) {
+  constexpr SplineOrder degree = TestFixture::order;
+  const double end = 0.5 * TestFixture::width, step = 1e-3;
+  EXPECT_EQ(spline_integral(degree, -end), 0.0);
+  EXPECT_EQ(spline_integral(degree, 0.0), 0.5);
+  EXPECT_EQ(spline_integral(degree, end), 1.0);
+  EXPECT_EQ(spline_integral(degree, -1e3), 0.0);
+  EXPECT_EQ(spline_integral(degree, 1e3), 1.0);
+  double sum = 0.0;  // by Simpson's rule
+  for (double x = -end; x < end - 0.5 * step; x += step) {
+    sum += step / 6.0 * (TestFixture::N(x) + 4.0 * TestFixture::N(x + 0.5 * step) + TestFixture::N(x + step));
+    EXPECT_NEAR(spline_integral(degree, x + step), sum, 1e-9) << x;
+  }
+}
+
 TYPED_TEST(Bspline, EqualsTheTextbook) {
   for (const double fx : TestFixture::places()) {
     double w[TestFixture::width], d[TestFixture::width];

@@ -110,7 +110,8 @@ TEST(Transfer, ImpulsesInBothNodesOfAPairLeaveMomentaAsTheyAre) {
       double largest = 0.0;
       for (std::size_t n = 0; n < both.size(); ++n) {
         for (int c = 0; c < 4; ++c)
-          EXPECT_NEAR(both[n].motion.c[c], run.nodes[n].c[c], sum_tolerance(1000, c < 3 ? run.sums.momentum : run.sums.mass));
+          EXPECT_NEAR(both[n].motion.c[c], run.nodes[n].c[c],
+                      sum_tolerance(1000, c < 3 ? run.sums.momentum : run.sums.mass));
         const Node &f = both[n].change, &truth = apart[n].change;
         for (int a = 0; a < 3; ++a) {
           EXPECT_NEAR(f.c[a], truth.c[a], sum_tolerance(1000, run.sums.impulse));
@@ -465,6 +466,26 @@ TEST(Transfer, MotionThatIsNotFiniteIsCounted) {
   StepBounds motion;
   measure_motion(scene.grid, scene.transfer, run.layout, run.map, run.nodes.data(), run.particles, motion);
   EXPECT_EQ(motion.failures.n_not_finite, 20);
+}
+
+// The weights reproduce linear functions.
+TEST(GridToParticles, GathersTheNodesFourthNumberByPlaceInTheBlock) {
+  const Vec3 slope(3.0, -2.0, 0.5);
+  for (const TransferSettings& transfer : all_transfers()) {
+    SerialStep run(open_scene(transfer), random_particles(open_scene(transfer), 203, 5, true));
+    run.particles_to_nodes(1e-3);
+    run.update_nodes(1e-3);
+    for (std::size_t n = 0; n < run.nodes.size(); ++n) run.nodes[n].c[3] = 1.0 + slope.dot(run.node_position(n));
+    std::vector<double> expected;
+    for (LocalIndex p = 0; p < run.particles.size(); ++p)
+      expected.push_back(1.0 + slope.dot(run.particles.vector(Field::position, p)));
+    for (const ParticleBlock block : {ParticleBlock{0, 96}, ParticleBlock{96, 300}}) {
+      std::vector<double> gathered(static_cast<std::size_t>(block.end - block.begin) + n_lanes, -1.0);
+      run.gather(1e-3, block, gathered.data());
+      for (LocalIndex p = block.begin; p < std::min(block.end, run.particles.size()); ++p)
+        EXPECT_NEAR(gathered[static_cast<std::size_t>(p - block.begin)], expected[static_cast<std::size_t>(p)], 1e-13) << p;
+    }
+  }
 }
 
 }  // namespace

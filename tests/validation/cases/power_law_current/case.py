@@ -28,7 +28,7 @@ class PowerLawCurrent(Case):
 
     def plans(self, long):
         def plan(cell, end, transfer=""):
-            length = cell * math.ceil(FLUX * end / (math.pi * HOLE**2) / cell + 1)
+            length = cell * math.ceil(FLUX * end / (math.pi * HOLE**2) / cell + 4)  # the piston ends below the plate
             reach = 0.5 * cell * math.ceil(2 * (0.019 * end**0.425 + 0.012) / cell)
             reach = cell * math.ceil(reach / cell - 1e-9)
             bottom = -length - 4 * cell

@@ -1,0 +1,43 @@
+#pragma once
+// Particles that crowd without their volume ratios' knowledge (docs/theory.md, "Crowding"): how much material is around each of them,
+// over what has room there.
+
+#include <vector>
+
+#include "distribution/exchange.hpp"
+#include "integrator/physics.hpp"
+#include "kernel/node_volume.hpp"
+
+namespace bulkley {
+
+class Crowding {
+ public:
+  /// `physics` must outlive this. Fluids whose volume is a matter of cells take part. Particles come in blocks of `block_size`.
+  Crowding(const Physics& physics, LocalIndex block_size);
+
+  /// Finds the nodes near walls of new pools. Not collective.
+  void fit(const Exchange& exchange);
+  /// {-, m} of the owned nodes `active` -> {-, m over what the node has room for}, in materials of the largest density of all. Not
+  /// collective.
+  void find_fullness(std::span<const LocalIndex> active, Node* nodes) const;
+
+  /// Where g2p leaves the fullness around the particles of a block; null if no material takes part. Not collective.
+  double* of_block() { return fullness_.empty() ? nullptr : fullness_.data(); }
+  /// Takes out of a block what inflows carry: `carried` by particle, or null. Not collective.
+  void spare(const char* carried, ParticleBlock block, LocalIndex n_particles);
+  /// For the stress update of a material; null if it takes no part. Not collective.
+  const double* of_material(std::size_t m) const { return takes_part_[m] ? fullness_.data() : nullptr; }
+
+  std::size_t memory() const {
+    return near_walls_.capacity() * sizeof(NodeVolume) + fullness_.capacity() * sizeof(double) + takes_part_.capacity();
+  }
+
+ private:
+  const Physics& physics_;
+  std::vector<char> takes_part_;        ///< by material
+  std::vector<double> fullness_;        ///< of the particles of a block; empty if no material takes part
+  std::vector<NodeVolume> near_walls_;  ///< owned nodes
+  double inverse_full_mass_;            ///< of a node far from walls, 1/kg
+};
+
+}  // namespace bulkley
