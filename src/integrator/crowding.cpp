@@ -17,13 +17,9 @@ bool takes_part(const Physics& physics, std::size_t m) {
 }  // namespace
 
 Crowding::Crowding(const Physics& physics, LocalIndex block_size) : physics_(physics) {
-  double density = 0.0;
-  for (std::size_t m = 0; m < physics.materials.size(); ++m) {
-    takes_part_.push_back(takes_part(physics, m));
-    density = std::max(density, std::visit([](const auto& law) { return law.density(); }, physics.materials[m].material));
-  }
+  for (std::size_t m = 0; m < physics.materials.size(); ++m) takes_part_.push_back(takes_part(physics, m));
   const double dx = physics.grid.cell_size;
-  inverse_full_mass_ = 1.0 / (density * dx * dx * dx);
+  inverse_full_mass_ = 1.0 / (physics.largest_density() * dx * dx * dx);
   if (std::ranges::count(takes_part_, 1) > 0) fullness_.resize(static_cast<std::size_t>(block_size) + n_lanes);
 }
 

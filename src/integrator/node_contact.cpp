@@ -8,9 +8,7 @@ namespace bulkley {
 
 ContactImpulses no_contact_impulses(const Physics& physics) {
   const GridGeometry& grid = physics.grid;
-  double density = 1e-300;  // a run without materials has nothing to sum
-  for (const NamedMaterial& named : physics.materials)
-    density = std::max(density, std::visit([](const auto& law) { return law.density(); }, named.material));
+  const double density = std::max(physics.largest_density(), 1e-300);  // a run without materials has nothing to sum
   return {physics.n_obstacles() + n_gauge_entries(physics) + physics.feeds.size(),
           density * grid.cell_size * grid.cell_size * grid.cell_size, (grid.upper() - grid.lower).maxCoeff()};
 }

@@ -1,6 +1,7 @@
 #pragma once
 // What a step needs to know of a scene.
 
+#include <algorithm>
 #include <optional>
 #include <vector>
 
@@ -52,6 +53,13 @@ struct Physics {
 
   /// Whether the volume of some material is that of cells, not of particles: by an implicit pressure or by shared dilation.
   bool keeps_volume_of_cells() const { return !volumetric_laws.empty() || !shares_dilation.empty(); }
+  /// Of all materials, kg/m^3; 0 without any.
+  double largest_density() const {
+    double density = 0.0;
+    for (const NamedMaterial& named : materials)
+      density = std::max(density, std::visit([](const auto& law) { return law.density(); }, named.material));
+    return density;
+  }
   /// Places of contact beside the faces: the colliders, then the feeds. Rigid bodies come after them.
   std::size_t n_obstacles() const { return colliders.size() + feeds.size(); }
 };

@@ -32,10 +32,7 @@ std::optional<VectorField> field_of(const VectorFormula& formula) {
 
 /// About the mass of a full cell, kg: the unit of sums.
 double mass_of_a_cell(const Physics& physics) {
-  double density = 1e-300;
-  for (const NamedMaterial& named : physics.materials)
-    density = std::max(density, std::visit([](const auto& law) { return law.density(); }, named.material));
-  return density * std::pow(physics.grid.cell_size, 3);
+  return std::max(physics.largest_density(), 1e-300) * std::pow(physics.grid.cell_size, 3);
 }
 
 }  // namespace

@@ -1,8 +1,6 @@
 #!/usr/bin/env python3
 """A layer that is fed through a slot: whether particles take up the volume that they say they have."""
 
-import numpy
-
 from study import Study
 
 SLOT = 0.008      # m, from the middle to its edge
