@@ -14,7 +14,7 @@ struct Knot {
 };
 
 Knot knot_at(double log_A, double m) {
-  const OverstressSplit<double> split = split_overstress(1.0, log_A, m, true, nullptr);
+  const OverstressSplit<double> split = split_overstress(log_A, m, true, nullptr);
   return {std::log(split.remaining), -split.relaxed / (split.remaining + m * split.relaxed)};
 }
 

@@ -14,7 +14,7 @@
 
 namespace bulkley {
 
-/// gamma = (max(0, s - radius) / eta)^(1/h), with s = ||dev tau|| and gamma the norm of the plastic rate of deformation.
+/// gamma = (max(0, s - radius) / eta)^(1/h), with s = ||dev sigma|| and gamma the norm of the plastic rate of deformation.
 /// Number: double, or Real where radius and eta differ from particle to particle.
 template <class Number>
 struct FlowRule {
@@ -32,20 +32,16 @@ struct OverstressSplit {
   Real relaxed;    ///< A xi^m = 1 - xi, without cancellation where it is small
 };
 
-inline constexpr int overstress_iterations_cap = 64;  ///< at most 6 + ln k are needed for 1/3 <= m <= 10 and any A
+inline constexpr int overstress_iterations_cap = 64;  ///< at most 6 are needed for 1/3 <= m <= 10 and any A
 
-/// Root xi in (0, 1] of (T21): xi + A xi^m = 1, A = k e^log_c, for lanes in `active` (others are unspecified). In u = ln xi the
-/// residual e^u + k e^(log_c + m u) - 1 is convex and increases, for every m > 0: Newton's method descends to the root, after
-/// one step up at most. `k` >= 1 is near 1 as a rule, and its logarithm is needed for the first guess only. `table`, if given,
-/// is that of h = 1/m, and gives that guess. Not collective.
+/// Root xi in (0, 1] of (T21): xi + A xi^m = 1, for lanes in `active` (others are unspecified). In u = ln xi the residual
+/// e^u + e^(log_A + m u) - 1 is convex and increases, for every m > 0: Newton's method descends to the root, after one step up at
+/// most. `table`, if given, is that of h = 1/m, and gives the first guess. Not collective.
 template <class Real>
-inline OverstressSplit<Real> split_overstress(Real k, Real log_c, double m, Mask<Real> active,
-                                              const OverstressTable* table) {
+inline OverstressSplit<Real> split_overstress(Real log_A, double m, Mask<Real> active, const OverstressTable* table) {
   // A change d below this ends the search: its cube is below rounding, in e^(-d) and in e^(-m d).
   const Real tolerance = broadcast<Real>(1e-5 / std::max(1.0, m));
   constexpr double smallest = -708.0;  // e^smallest is nothing next to 1
-  const Real z = minimum(k - 1.0, broadcast<Real>(1.0));
-  const Real log_A = log_c + (z - z * z * (0.5 - z * (1.0 / 3.0 - 0.25 * z)));
   Real u = table ? table->log_remaining(log_A) : minimum(broadcast<Real>(0.0), log_A * (-1.0 / m));
   OverstressSplit<Real> split{broadcast<Real>(1.0), broadcast<Real>(0.0)};
   for (int iteration = 0; any(active); ++iteration) {
@@ -54,7 +50,7 @@ inline OverstressSplit<Real> split_overstress(Real k, Real log_c, double m, Mask
       break;
     }
     const Real xi = bounded_exponential(maximum(u, broadcast<Real>(smallest)));
-    const Real a_xi_m = k * bounded_exponential(maximum(log_c + m * u, broadcast<Real>(smallest)));
+    const Real a_xi_m = bounded_exponential(maximum(log_A + m * u, broadcast<Real>(smallest)));
     const Real inverse_slope = 1.0 / (xi + m * a_xi_m);
     const Real change = ((xi - 1.0) + a_xi_m) * inverse_slope;
     // The result takes the second order of the change along (Chebyshev's method).
@@ -71,14 +67,14 @@ inline OverstressSplit<Real> split_overstress(Real k, Real log_c, double m, Mask
 template <class Real>
 struct FlowReturn {
   Mask<Real> yields;  ///< trial stress beyond the yield radius
-  Real norm;          ///< ||dev tau|| at the end of the step, Pa
+  Real norm;          ///< ||dev sigma|| at the end of the step, Pa
   Real ratio;         ///< the same over its trial value
   Real rate;          ///< gamma, 1/s
 };
 
-/// Backward Euler for ||dev tau|| (T20): s - s_trial + 2 mu_hat dt ((s - radius)/eta)^(1/h) = 0 (Yue et al. 2015, section
+/// Backward Euler for ||dev sigma|| (T20): s - s_trial + 2 mu_hat dt ((s - radius)/eta)^(1/h) = 0 (Yue et al. 2015, section
 /// 5), in the form xi + A xi^(1/h) = 1, s = radius + y xi, y = s_trial - radius, A = (2 mu_hat dt / y) (y / eta)^(1/h).
-/// `trial_norm` s_trial, Pa; mu_hat = `modulus` `mean`, Pa, with mean = tr b_trial / 3; dt > 0. Not collective.
+/// `trial_norm` s_trial, Pa; mu_hat = `modulus` `mean`, Pa, with mean = tr b_trial / (3 J); dt > 0. Not collective.
 template <class Real, class Number>
 inline FlowReturn<Real> flow_return(Real trial_norm, double modulus, Real mean, double dt, const FlowRule<Number>& rule) {
   constexpr double smallest = std::numeric_limits<double>::min();
@@ -94,9 +90,9 @@ inline FlowReturn<Real> flow_return(Real trial_norm, double modulus, Real mean, 
   if (any(viscous)) {
     const double m = 1.0 / rule.h;
     const Number log_eta = rule.log_eta;
-    const Real log_c =
-        (logarithm(stiffness) - m * log_eta) + (m - 1.0) * normal_logarithm(maximum(overstress, broadcast<Real>(smallest)));
-    const OverstressSplit<Real> root = split_overstress(mean, log_c, m, viscous, rule.table);
+    const Real log_A = (logarithm(stiffness) - m * log_eta) + normal_logarithm(mean) +
+                       (m - 1.0) * normal_logarithm(maximum(overstress, broadcast<Real>(smallest)));
+    const OverstressSplit<Real> root = split_overstress(log_A, m, viscous, rule.table);
     if constexpr (std::is_same_v<Number, double>)
       split = root;
     else

@@ -27,8 +27,9 @@ template <class Real>
 
 /// One step of a neo-Hookean solid that flows by `rule` (T19) to (T23): elastic trial; backward Euler on s (return_map.hpp);
 /// the deviator scaled to the new s; the spherical part of b chosen such that det b = 1. The common alternative for the last
-/// step, dividing b by (det b)^(1/3), would shrink s as well. Dissipation (T23) is the elastic energy per strain at the end of the
-/// step times the strain that the flow took away. Requires det(1 + dt L) > 0 and dt > 0. Not collective.
+/// step, dividing b by (det b)^(1/3), would shrink s as well. The rule is one of the Cauchy stress, as a rheometer measures it: that of
+/// the Kirchhoff stress would be 1/J times as strong, more where the modulus is lower. Dissipation (T23) is the elastic energy per
+/// strain at the end of the step times the strain that the flow took away. Requires det(1 + dt L) > 0 and dt > 0. Not collective.
 template <class Real, class Number>
 inline Update<Real> flow_step(const NeoHookean& elastic, const FlowRule<Number>& rule, State<Real>& state,
                               const Tensor<Real>& velocity_gradient, double dt) {
@@ -40,7 +41,9 @@ inline Update<Real> flow_step(const NeoHookean& elastic, const FlowRule<Number>&
   const Real trial_mean = trace(b) * (1.0 / 3.0);
   SymTensor<Real> e = deviator(b);
   const Real trial_norm_squared = norm_squared(e);
-  const FlowReturn<Real> flow = flow_return(mu * square_root(trial_norm_squared), mu, trial_mean, dt, rule);
+  const Real per_volume = 1.0 / state.volume_ratio;
+  const FlowReturn<Real> flow =
+      flow_return((mu * per_volume) * square_root(trial_norm_squared), mu, trial_mean * per_volume, dt, rule);
   Real dissipation = zero;
   if (any(flow.yields)) {
     const Real ratio_squared = flow.ratio * flow.ratio;
@@ -61,7 +64,7 @@ struct ShearRheometerConstants {
   double flow_index = std::numeric_limits<double>::quiet_NaN();    ///< n = h
 };
 
-/// Viscoplastic flow of Yue et al. 2015, section 5: with s = ||dev tau||, gamma = (max(0, s - sqrt(2/3) sigma_Y) /
+/// Viscoplastic flow of Yue et al. 2015, section 5: with s = ||dev sigma||, gamma = (max(0, s - sqrt(2/3) sigma_Y) /
 /// eta)^(1/h); in addition to it, if wanted, the Newtonian stress of a background fluid.
 struct HerschelBulkley {
   struct Parameters {
