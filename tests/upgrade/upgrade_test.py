@@ -6,27 +6,46 @@ import pathlib
 import re
 import sys
 
+import h5py
+import numpy
+
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "support"))
 from bulkley_program import fail, parse_arguments, start  # noqa: E402
 
 HERE = pathlib.Path(__file__).resolve().parent
-TOLERANCE = "1e-9"  # the files were written on another processor, whose vector units round otherwise
 LIMIT = 60.0  # s
 OLD_KEYS = ("step", "initial_step", "largest_step", "smallest_step")
 
+FLUID = 0            # of the scene's materials: a yield-stress fluid; its flow curve was one of the Kirchhoff stress then
+STEPS_DIFFER = 2e-4  # of a field's largest value: all that the rest notices is that the fluid sets other steps
+CARRIED = ("mass", "reference_volume", "material")
+MOVED = ("position", "velocity", "left_cauchy_green", "volume_ratio", "kirchhoff_stress")
 
-# What the laws dissipate was booked in another way then; it acts on nothing else.
-REBOOKED = {"plastic_dissipation"}
+
+def particles_of(file):
+    with h5py.File(file) as data:
+        group = data["particles"]
+        order = numpy.argsort(group["id"][:])
+        return {name: group[name][:][order] for name in ("id", *CARRIED, *MOVED)}
 
 
-def differing(outcome):
-    """The fields that a comparison names."""
-    if outcome.code not in (0, 1):
-        fail("the comparison failed", outcome)
-    fields = {line.split(":")[0] for line in outcome.text.splitlines() if " differ" in line}
-    if outcome.code == 1 and not fields:
-        fail("the comparison names no field", outcome)
-    return fields
+def largest_difference(one, other):
+    return float(numpy.abs(one - other).max() / numpy.abs(other).max())
+
+
+def check_end(name, ended, expected):
+    """The fluid ends where it did but for the factor J between the two stresses; the rest ends there."""
+    for field in ("id", *CARRIED):
+        if not numpy.array_equal(ended[field], expected[field]):
+            fail(f"{name}: {field} is not what the program that wrote it had")
+    fluid = expected["material"] == FLUID
+    factor = float(numpy.abs(expected["volume_ratio"][fluid] - 1.0).max())
+    largest = {}
+    for what, chosen, tolerance in (("the fluid", fluid, factor), ("the rest", ~fluid, STEPS_DIFFER)):
+        largest[what] = max((largest_difference(ended[field][chosen], expected[field][chosen]), field) for field in MOVED)
+        if not largest[what][0] <= tolerance:
+            fail(f"{name}: {largest[what][1]} of {what} differs by {largest[what][0]:.2g}, more than {tolerance:.2g}")
+    return ", ".join(f"{what} within {value:.1g}" for what, (value, _) in largest.items())
 
 
 def newest_version(source):
@@ -63,12 +82,9 @@ def continue_run(program, folder, scene, checkpoint, work):
     # Checkpoints of then hold no energy budget, which is said once and begins.
     if run.text.count("holds no energy budget") != 1:
         fail(f"{name}: one sentence about the energy budget is expected", run)
-    outcome = program.run(["compare", name, str(folder / "end.h5"), "--tolerance", TOLERANCE], 1, work, LIMIT)
-    if differing(outcome) - REBOOKED:
-        fail(f"{name}: ends elsewhere than the program that wrote it", outcome)
-    exact = program.run(["compare", name, str(folder / "end.h5")], 1, work, LIMIT)
-    same = "bit for bit" if not differing(exact) - REBOOKED else "within " + TOLERANCE
-    print(f"{name}: read, continued on 3 ranks, same end {same}")
+    within = check_end(name, particles_of(sorted((work / name).glob("checkpoint_*.h5"))[-1]),
+                       particles_of(folder / "end.h5"))
+    print(f"{name}: read, continued on 3 ranks, same end, {within}")
 
 
 def main():
