@@ -138,6 +138,10 @@ EvenShare even_share(const Comm& comm, GlobalIndex n) {
   return {n * comm.rank() / comm.size(), n * (comm.rank() + 1) / comm.size()};
 }
 
+int sharer_of(const Comm& comm, GlobalIndex n, GlobalIndex item) {
+  return static_cast<int>((comm.size() * (item + 1) - 1) / n);
+}
+
 std::string broadcast_text(const Comm& comm, std::string text) { return broadcast_text_from(comm, 0, std::move(text)); }
 
 void collective_guard(const Comm& comm, const std::function<void()>& work) {

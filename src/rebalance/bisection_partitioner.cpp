@@ -19,13 +19,6 @@ struct CensusItem {
 };
 static_assert(sizeof(CensusItem) == 24 && sizeof(TileRecord) == 32, "they are sent as bytes, without padding");
 
-int home_of(TileIndex tile, const TileMap* present, int n_ranks) {
-  if (present) return present->owner(tile);
-  constexpr std::uint32_t spreading = 2654435769u;  // 2^32 over the golden ratio
-  return static_cast<int>(std::uint64_t{static_cast<std::uint32_t>(tile) * spreading} * static_cast<unsigned>(n_ranks) >>
-                          32);
-}
-
 TileCensus census_of(std::vector<CensusItem> items, int n_materials) {
   std::sort(items.begin(), items.end(), [](const CensusItem& a, const CensusItem& b) { return a.tile < b.tile; });
   TileCensus census;
@@ -75,12 +68,21 @@ CutTree bisected_together(const Comm& comm, const GridGeometry& grid, Cutting cu
   return {grid, std::move(cuts), cutting};
 }
 
-TileCensus merged_census(const Comm& comm, const TileCensus& local, const TileMap* present, SentMessages& sent) {
+TileHome owners_or_hash(const TileMap* present, int n_ranks) {
+  if (present) return [present](TileIndex tile) { return present->owner(tile); };
+  return [n_ranks](TileIndex tile) {
+    constexpr std::uint32_t spreading = 2654435769u;  // 2^32 over the golden ratio
+    return static_cast<int>(std::uint64_t{static_cast<std::uint32_t>(tile) * spreading} * static_cast<unsigned>(n_ranks) >>
+                            32);
+  };
+}
+
+TileCensus merged_census(const Comm& comm, const TileCensus& local, const TileHome& home_of, SentMessages& sent) {
   std::vector<CensusItem> items;
   GlobalIndex all_at_home = 1;
   const auto n_materials = static_cast<std::size_t>(local.n_materials);
   for (std::size_t t = 0; t < local.size(); ++t) {
-    if (home_of(local.tile[t], present, comm.size()) != comm.rank()) all_at_home = 0;
+    if (home_of(local.tile[t]) != comm.rank()) all_at_home = 0;
     for (std::size_t m = 0; m < n_materials; ++m)
       if (const GlobalIndex count = local.count[t * n_materials + m]; count > 0)
         items.push_back({local.tile[t], static_cast<std::int32_t>(m), count, local.cells[t]});
@@ -90,7 +92,7 @@ TileCensus merged_census(const Comm& comm, const TileCensus& local, const TileMa
   if (all_at_home != 0) return local;
   for (; range.size() > 1; range = range.half()) {
     const int end = range.first() + CutTree::n_below(range.size());
-    range.divide(items, [&](const CensusItem& item) { return home_of(item.tile, present, comm.size()) < end; });
+    range.divide(items, [&](const CensusItem& item) { return home_of(item.tile) < end; });
   }
   return census_of(std::move(items), local.n_materials);
 }
@@ -101,7 +103,8 @@ PartitionProposal BisectionPartitioner::find(const Comm& comm, const PartitionRe
   const CutTree* const tree = present ? present->tree() : nullptr;
   const CutTree* const old = tree && tree->cutting() == cutting_ ? tree : nullptr;
   SentMessages sent;
-  const TileLoad load = tile_load(merged_census(comm, request.census, present, sent), request.cost);
+  const TileLoad load =
+      tile_load(merged_census(comm, request.census, owners_or_hash(present, comm.size()), sent), request.cost);
   std::vector<TileRecord> records = records_of(grid, cutting_, load);
   for (TileRecord& record : records) record.owner = comm.rank();
   const GlobalIndex n_here = std::accumulate(load.count.begin(), load.count.end(), GlobalIndex{0});

@@ -12,9 +12,7 @@
 #include "kernel/cells.hpp"
 #include "kernel/stress_update.hpp"
 #include "magnetostatics/petsc_potential.hpp"
-#include "parallel/gather.hpp"
-#include "rebalance/partitioner.hpp"
-#include "rebalance/share.hpp"
+#include "rebalance/bisection_partitioner.hpp"
 #include "scene/scene_difference.hpp"
 
 namespace bulkley {
@@ -215,16 +213,11 @@ TileCensus seeded_census(const Comm& comm, const Scene& scene) {
 }
 
 TileTotals tile_totals(const Comm& comm, const GridGeometry& grid, const TileCensus& local, const CostModel& cost) {
-  const auto n_tiles = static_cast<std::size_t>(grid.n_tiles());
-  TileTotals totals{std::vector<GlobalIndex>(n_tiles, 0), std::vector<double>(n_tiles, 0.0)};
-  const TileLoad load = tile_load(gather_census(comm, local), cost);  // the root's; empty elsewhere
-  for (std::size_t t = 0; t < load.size(); ++t) {
-    const auto tile = static_cast<std::size_t>(load.tile[t]);
-    totals.n_particles[tile] = load.count[t];
-    totals.cost[tile] = 1e-3 * static_cast<double>(load.weight[t]);
-  }
-  broadcast_values(comm, totals.n_particles);
-  broadcast_values(comm, totals.cost);
+  const auto writer_of = [&](TileIndex tile) { return sharer_of(comm, grid.n_tiles(2), grid.tile_coordinates(tile)[2]); };
+  SentMessages sent;
+  TileLoad load = tile_load(merged_census(comm, local, writer_of, sent), cost);
+  TileTotals totals{std::move(load.tile), std::move(load.count), {}};
+  for (const GlobalIndex picoseconds : load.weight) totals.cost.push_back(1e-3 * static_cast<double>(picoseconds));
   return totals;
 }
 

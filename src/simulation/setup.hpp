@@ -53,12 +53,13 @@ void expect_inside(const GridGeometry& grid, const ParticleSet& particles, const
 /// that of the root. Collective.
 TileCensus seeded_census(const Comm& comm, const Scene& scene);
 
-/// What each tile holds and its estimated cost (tile_load), by TileIndex.
+/// What tiles hold and their estimated cost (tile_load).
 struct TileTotals {
+  std::vector<TileIndex> tile;  ///< those with particles, ascending
   std::vector<GlobalIndex> n_particles;
   std::vector<double> cost;  ///< ns a step
 };
-/// Of the ranks' censuses together, on every rank. Collective.
+/// Of the ranks' censuses together, in the planes of tiles across z that are this rank's even_share. Collective.
 TileTotals tile_totals(const Comm& comm, const GridGeometry& grid, const TileCensus& local, const CostModel& cost);
 
 /// What steps cost according to a checkpoint (CheckpointHeader::reals); the default where it does not say. Not collective.

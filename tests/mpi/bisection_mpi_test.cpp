@@ -200,7 +200,7 @@ TEST_F(RankNumbers, CensusesAreMergedByTile) {
         local.count.push_back(local.count.back() == 0 ? 1 : random() % 7);
       }
       SentMessages sent;
-      const TileCensus merged = merged_census(comm, local, present, sent);
+      const TileCensus merged = merged_census(comm, local, owners_or_hash(present, comm.size()), sent);
       EXPECT_LE(sent.messages, 3 * std::bit_width(static_cast<unsigned>(comm.size())) + 2);
       // Against tables of all tiles.
       std::vector<GlobalIndex> count(2 * static_cast<std::size_t>(grid.n_tiles()), 0), found = count;

@@ -208,16 +208,18 @@ struct SampleTiles {
       ++particles[static_cast<std::size_t>(geometry.tile_of(mine.vector(Field::position, p)))];
     MPI_Allreduce(MPI_IN_PLACE, particles.data(), static_cast<int>(particles.size()), MPI_INT64_T, MPI_SUM, comm.get());
     std::vector<std::int32_t> rank;
-    for (TileIndex tile = 0; tile < geometry.n_tiles(); ++tile) {
-      rank.push_back(7 * tile % 5);
-      load.push_back(0.1 * tile);
+    for (TileIndex t = 0; t < geometry.n_tiles(); ++t) {
+      rank.push_back(7 * t % 5);
+      tile.push_back(t);
+      load.push_back(0.1 * t);
     }
     owners = TileMap(5, std::move(rank));
   }
-  TileValues values() const { return {geometry, owners, particles, load}; }
+  TileValues values() const { return {geometry, owners, tile, particles, load}; }
 
   GridGeometry geometry;
   TileMap owners;
+  std::vector<TileIndex> tile;
   std::vector<GlobalIndex> particles;
   std::vector<double> load;
 };

@@ -67,6 +67,8 @@ struct EvenShare {
 
 /// This rank's part of `n` items, in the order of ranks; no two parts differ by more than one. Not collective.
 EvenShare even_share(const Comm& comm, GlobalIndex n);
+/// The rank in whose part item number `item` is, 0 <= item < n. Not collective.
+int sharer_of(const Comm& comm, GlobalIndex n, GlobalIndex item);
 
 /// The root's text on every rank. Collective.
 std::string broadcast_text(const Comm& comm, std::string text);

@@ -36,12 +36,13 @@ struct GridNodes {
   std::span<const Node> nodes;  ///< {velocity, mass}; product of `count`
 };
 
-/// How the work is divided, the same on every rank.
+/// How the work is divided: what this rank writes of it, the planes of tiles across z that are its even_share.
 struct TileValues {
   GridGeometry geometry;
   const TileMap& owners;
-  std::span<const GlobalIndex> particles;  ///< in each tile, by TileIndex
-  std::span<const double> load;            ///< estimated cost of each tile, by TileIndex
+  std::span<const TileIndex> tile;         ///< those with particles, ascending; all of its planes, and maybe others
+  std::span<const GlobalIndex> particles;  ///< in each of `tile`
+  std::span<const double> load;            ///< estimated cost of each of `tile`
 };
 
 struct FrameInfo {

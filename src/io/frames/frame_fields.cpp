@@ -182,10 +182,14 @@ std::vector<Array> tile_arrays(const Comm& comm, const TileValues& tiles) {
   const EvenShare share = even_share(comm, grid.n_tiles(2));
   const Planes planes{share.first, share.count()};
   BULKLEY_ASSERT(tiles.owners.n_tiles() == grid.n_tiles());
-  BULKLEY_ASSERT(std::ssize(tiles.particles) == grid.n_tiles() && std::ssize(tiles.load) == grid.n_tiles());
+  BULKLEY_ASSERT(tiles.particles.size() == tiles.tile.size() && tiles.load.size() == tiles.tile.size());
   const auto owner_of = [&map = tiles.owners](TileIndex tile) { return map.owner(tile); };
-  const auto element_of = [](auto values) {
-    return [values](TileIndex tile) { return values[static_cast<std::size_t>(tile)]; };
+  const auto element_of = [&loaded = tiles.tile](auto values) {
+    return [loaded, values](TileIndex tile) {
+      const auto found = std::ranges::lower_bound(loaded, tile);
+      const bool holds = found != loaded.end() && *found == tile;
+      return holds ? values[static_cast<std::size_t>(found - loaded.begin())] : std::remove_cvref_t<decltype(values[0])>{};
+    };
   };
   std::vector<Array> arrays{tile_array("rank", ArrayType::int32, grid, planes, owner_of),
                             tile_array("particles", ArrayType::int64, grid, planes, element_of(tiles.particles)),

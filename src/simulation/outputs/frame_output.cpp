@@ -50,7 +50,7 @@ void FrameOutput::write(Run& run) {
   const auto watch = run.watch_write(frame_path(run.options.folder, state.next_frame));
   if (run.scene.output.tiles) {
     const TileTotals totals = tile_totals(run.comm, run.scene.grid, run.solver->census(), state.cost);
-    const TileValues tiles{run.scene.grid, run.solver->partition().map, totals.n_particles, totals.cost};
+    const TileValues tiles{run.scene.grid, run.solver->partition().map, totals.tile, totals.n_particles, totals.cost};
     write_with_grid(run, &tiles);
   } else {
     write_with_grid(run, nullptr);

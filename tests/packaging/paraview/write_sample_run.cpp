@@ -65,17 +65,19 @@ GridNodes make_grid(const Comm& comm, std::vector<Node>& nodes) {
 struct SampleTiles {
   explicit SampleTiles(const GridGeometry& grid) : geometry(grid) {
     std::vector<std::int32_t> rank;
-    for (TileIndex tile = 0; tile < grid.n_tiles(); ++tile) {
-      rank.push_back(tile % 3);
-      particles.push_back(10 * tile);
-      load.push_back(0.5 + tile);
+    for (TileIndex t = 0; t < grid.n_tiles(); ++t) {
+      rank.push_back(t % 3);
+      tile.push_back(t);
+      particles.push_back(10 * t);
+      load.push_back(0.5 + t);
     }
     owners = TileMap(3, std::move(rank));
   }
-  TileValues values() const { return {geometry, owners, particles, load}; }
+  TileValues values() const { return {geometry, owners, tile, particles, load}; }
 
   GridGeometry geometry;
   TileMap owners;
+  std::vector<TileIndex> tile;
   std::vector<GlobalIndex> particles;
   std::vector<double> load;
 };
