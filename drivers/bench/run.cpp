@@ -34,8 +34,9 @@ void sleeping_barrier(const Comm& comm) {
 
 BenchRun::BenchRun(const Comm& comm, const BenchCase& what) : comm_(comm) {
   const Scene scene = bench_scene(what);
-  Partition partition = first_partition(comm, scene, seeded_census(comm, scene), assumed_cost(scene));
-  ParticleSet particles = seed_share(comm, scene, partition);
+  const TileCensus census = seeded_census(comm, scene);
+  Partition partition = first_partition(comm, scene, census, assumed_cost(scene));
+  ParticleSet particles = seed_share(comm, scene, partition, census);
   start_shear(what, scene, particles);
   solver_ = std::make_unique<Solver>(comm, physics_of(scene), std::move(partition), std::move(particles), std::nullopt);
   mach_number_ = solver_->bounds().motion.speed.value / bench_wave_speed(what);

@@ -34,13 +34,6 @@ TileIndex TileMap::n_tiles() const {
   return n[0] * n[1] * n[2];
 }
 
-std::vector<TileIndex> TileMap::owned_tiles(std::int32_t rank) const {
-  std::vector<TileIndex> tiles;
-  for (TileIndex tile = 0; tile < n_tiles(); ++tile)
-    if (owner(tile) == rank) tiles.push_back(tile);
-  return tiles;
-}
-
 bool TileMap::operator==(const TileMap& other) const {
   if (n_ranks_ != other.n_ranks_ || n_tiles() != other.n_tiles()) return false;
   if (stored_ == other.stored_) return true;

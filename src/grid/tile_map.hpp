@@ -42,8 +42,6 @@ class TileMap {
   }
   /// The cuts that the map is made of; none where it has a table. Valid as long as the map is.
   const CutTree* tree() const { return std::get_if<CutTree>(&stored_); }
-  /// The tiles of one rank, ascending.
-  std::vector<TileIndex> owned_tiles(std::int32_t rank) const;
 
   /// Whether every tile has the same owner, out of as many ranks. Visits all tiles, unless what is stored is the same.
   bool operator==(const TileMap& other) const;

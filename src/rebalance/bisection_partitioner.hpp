@@ -19,8 +19,8 @@ CutTree bisected_together(const Comm& comm, const GridGeometry& grid, Cutting cu
 /// The rank at which what ranks know of a tile is put together; the same on every rank.
 using TileHome = std::function<int(TileIndex)>;
 
-/// The census of the tiles whose home is this rank: its own part and those of others merged. Takes log2 P messages. Precondition:
-/// the same n_materials on every rank. Collective.
+/// The census of the tiles whose home is this rank, ascending, each once: its own part and those of others merged. `local` may list tiles
+/// in any order and more than once. Takes log2 P messages. Precondition: the same n_materials on every rank. Collective.
 TileCensus merged_census(const Comm& comm, const TileCensus& local, const TileHome& home_of, SentMessages& sent);
 
 /// Tiles are at home with those who own them under `present`, or else with ranks that a hash names. `present` must outlive it.

@@ -242,8 +242,9 @@ Partition first_partition(const Comm& comm, const Scene& scene, const TileCensus
   return std::move(*proposal.partition);
 }
 
-ParticleSet seed_share(const Comm& comm, const Scene& scene, const Partition& partition) {
-  const std::vector<TileIndex> tiles = partition.map.owned_tiles(comm.rank());
+ParticleSet seed_share(const Comm& comm, const Scene& scene, const Partition& partition, const TileCensus& census) {
+  SentMessages sent;
+  const std::vector<TileIndex> tiles = merged_census(comm, census, owners_or_hash(&partition.map, comm.size()), sent).tile;
   ParticleSet particles = no_particles(scene);
   collective_guard(comm, [&] { seed_particles(scene.grid, scene.bodies, tiles, particles); });
   for (std::size_t m = 0; m < scene.materials.size(); ++m)
@@ -254,8 +255,9 @@ ParticleSet seed_share(const Comm& comm, const Scene& scene, const Partition& pa
 }
 
 std::unique_ptr<Solver> start_solver(const Comm& comm, const Scene& scene, std::vector<std::string>* warnings) {
-  Partition partition = first_partition(comm, scene, seeded_census(comm, scene), assumed_cost(scene), warnings);
-  ParticleSet particles = seed_share(comm, scene, partition);
+  const TileCensus census = seeded_census(comm, scene);
+  Partition partition = first_partition(comm, scene, census, assumed_cost(scene), warnings);
+  ParticleSet particles = seed_share(comm, scene, partition, census);
   return std::make_unique<Solver>(comm, physics_of(scene), std::move(partition), std::move(particles), std::nullopt);
 }
 

@@ -77,8 +77,9 @@ void check_grid_output(const Scene& scene);
 Partition first_partition(const Comm& comm, const Scene& scene, const TileCensus& census, const CostModel& cost,
                           std::vector<std::string>* warnings = nullptr);
 
-/// The particles of the tiles that `partition` gives to this rank. Collective.
-ParticleSet seed_share(const Comm& comm, const Scene& scene, const Partition& partition);
+/// The particles of the tiles that `partition` gives to this rank. `census`: of the start, this rank's share of it (seeded_census), from
+/// which the ranks learn which tiles those are, without looking at all. Collective.
+ParticleSet seed_share(const Comm& comm, const Scene& scene, const Partition& partition, const TileCensus& census);
 
 /// A solver at the scene's start: the partition is made first, from counted particles, so that no rank ever holds much more
 /// than its share. `warnings` as of first_partition. Collective.

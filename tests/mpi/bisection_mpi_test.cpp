@@ -199,6 +199,11 @@ TEST_F(RankNumbers, CensusesAreMergedByTile) {
         local.count.push_back(random() % 5);
         local.count.push_back(local.count.back() == 0 ? 1 : random() % 7);
       }
+      if (!local.tile.empty()) {  // the first tile once more, at the end
+        local.tile.push_back(local.tile.front());
+        local.cells.push_back(std::uint64_t{1} << random() % 64);
+        for (std::size_t m = 0; m < 2; ++m) local.count.push_back(1);
+      }
       SentMessages sent;
       const TileCensus merged = merged_census(comm, local, owners_or_hash(present, comm.size()), sent);
       EXPECT_LE(sent.messages, 3 * std::bit_width(static_cast<unsigned>(comm.size())) + 2);

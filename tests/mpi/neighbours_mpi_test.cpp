@@ -98,7 +98,7 @@ TEST_F(NeighboursTest, AreMutualWhoeverIntroducedThem) {
 TEST_F(NeighboursTest, APlanThatChangesConcernsItsTwoRanksAlone) {
   const GridGeometry geometry = grid();
   const Partition partition = partition_of(geometry);
-  const auto tiles_of = [&](int rank) { return partition.map.owned_tiles(rank); };
+  const auto tiles_of = [&](int rank) { return owned_tiles(partition.map, rank); };
   Exchange exchange(comm, geometry);
   exchange.set_pool(partition.map, PoolLayout(geometry, tiles_of(comm.rank())));
   Neighbours neighbours(comm);

@@ -162,7 +162,7 @@ TEST_F(TileScatterTest, FieldsMayReachBeyondTheGrid) {
 TEST_F(TileScatterTest, TheFieldsGhostsHoldTheNeighboursValues) {
   const GridGeometry grid = grid_of_cells({12, 8, 16}, {true, true, true});
   const Map map = maps_of(grid, comm.size()).back();
-  const PoolLayout pool(grid, map.map.owned_tiles(comm.rank()));
+  const PoolLayout pool(grid, owned_tiles(map.map, comm.rank()));
   const Exchange exchange(comm, grid, map.map, pool);
   const FieldGrid field(comm, {.geometry = grid, .stencil_width = 1});
   const TileScatter scatter(comm, exchange, field);

@@ -26,6 +26,14 @@ inline GridGeometry grid_of_cells(const Int3& n_cells, const std::array<bool, 3>
   return grid;
 }
 
+/// The tiles of one rank, ascending.
+inline std::vector<TileIndex> owned_tiles(const TileMap& map, std::int32_t rank) {
+  std::vector<TileIndex> tiles;
+  for (TileIndex tile = 0; tile < map.n_tiles(); ++tile)
+    if (map.owner(tile) == rank) tiles.push_back(tile);
+  return tiles;
+}
+
 /// A third of the tiles, with up to 600 particles.
 inline std::vector<GlobalIndex> random_load(const GridGeometry& grid, unsigned seed) {
   std::mt19937 random(seed);

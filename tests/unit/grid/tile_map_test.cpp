@@ -13,16 +13,12 @@ TileMap scattered(const GridGeometry& grid, int n_ranks) {
   return {n_ranks, std::move(owners)};
 }
 
-TEST(TileMapTest, AnswersWhoOwnsATileAndWhichTilesARankOwns) {
+TEST(TileMapTest, AnswersWhoOwnsATile) {
   const TileMap map(4, {2, 0, 2, 3, 0, 2});
   EXPECT_EQ(map.n_ranks(), 4);
   EXPECT_EQ(map.n_tiles(), 6);
   EXPECT_EQ(map.owner(0), 2);
   EXPECT_EQ(map.owner(4), 0);
-  EXPECT_EQ(map.owned_tiles(0), (std::vector<TileIndex>{1, 4}));
-  EXPECT_EQ(map.owned_tiles(1), std::vector<TileIndex>{});
-  EXPECT_EQ(map.owned_tiles(2), (std::vector<TileIndex>{0, 2, 5}));
-  EXPECT_EQ(map.owned_tiles(3), std::vector<TileIndex>{3});
   EXPECT_GE(map.memory(), 1u);
   EXPECT_EQ(TileMap{}.n_tiles(), 0);
   EXPECT_EQ(TileMap{}.n_ranks(), 1);
@@ -64,7 +60,6 @@ TEST(TileMapTest, OfBoxesIsTheMapOfItsTiles) {
   EXPECT_EQ(map, table);
   EXPECT_EQ(table, map);
   for (TileIndex tile = 0; tile < map.n_tiles(); ++tile) EXPECT_EQ(map.owner(tile), owners[static_cast<std::size_t>(tile)]);
-  EXPECT_EQ(map.owned_tiles(3), (std::vector<TileIndex>{11, 15, 19, 23}));
   EXPECT_EQ(map.memory(), 9 * sizeof(std::int32_t));
   EXPECT_EQ(TileMap::unpack(4, TileMap(map).pack()), map);
   EXPECT_EQ(TileMap::unpack(4, TileMap(map).pack()).fingerprint(), map.fingerprint());
