@@ -42,7 +42,7 @@ def expect(what, found, wanted, tolerance=1e-6):
 
 
 def check_laws(module, path):
-    sys.argv = ["scaling-model", str(path)]
+    sys.argv = ["scaling-model", str(path), "--method", "metis"]
     constants = module.parse_arguments()
     laws = module.Laws(*module.read_rows([str(path)], "metis", 512, 4096))
     expect("the term of faces", laws.mean[0], FACE)
@@ -57,8 +57,14 @@ def check_laws(module, path):
     share = 1e9 / 480 / 1e4
     sent = BUSIEST * (FACE * share ** (2 / 3) + EDGE * share ** (1 / 3))
     expect("the exchange", run.exchange, sent * 128 / 25e9 + 10 * 2e-6)
-    expect("barrier and all-reduce", run.sync, 2 * math.log2(1e4) * 3e-6)
+    expect("the all-reduce", run.sync, math.log2(1e4) * 3e-6)
     expect("the map", run.map_bytes, 4 * 8 * 1e9 / 480)
+    constants.method = "bisection"  # the same parts, made without a root
+    together = module.Run(laws, constants, 1e9, 1024)
+    expect("the map", together.map_bytes, 8 * 1024)
+    expect("a map", together.making, (6 * 55 + 20) * 3e-6 + 3 * 55 * 12e3 * 128 / 25e9)
+    expect("the root's memory", together.root_memory, together.rank_memory)
+    constants.method = "metis"
     if module.Run(laws, constants, 1e6, 1).step != module.Run(laws, constants, 1e6, 1).compute + 0.1 * 40e-9 * 1e6:
         fail("one rank pays for more than its particles and its rebuilds")
 
@@ -73,7 +79,7 @@ def check_program(program, work):
     table, picture = work / "ball.csv", work / "picture.png"
     scene = str(DRIVERS / "scenes" / "partition_ball.toml")
     outcome = program.run(["partition", scene, "--set", "domain.cell_size=0.0078125", "-n", "8,16,32,64", "--methods",
-                           "ranges,metis", "--csv", str(table)], 1, work, 120)
+                           "bisection", "--csv", str(table)], 1, work, 120)
     if outcome.code != 0:
         fail(outcome.text)
     command = [sys.executable, str(PACKAGE), "scaling-model", str(table), "--least-ranks", "8", "--picture", str(picture),

@@ -1,6 +1,6 @@
 """Predicts how runs scale: the cost of a step and of partitioning on ranks that are not available.
 
-    bulkley partition SCENE -n 64,512,4096 --methods ranges,metis --csv scene.csv
+    bulkley partition SCENE -n 64,512,4096 --methods bisection --csv scene.csv
     python3 -m bulkley scaling-model scene.csv [more.csv] [--picture PICTURE.png] [constants of the machine]
 
 The tables come in Markdown. What goes into them, and how far it has been checked: docs/scaling.md.
@@ -17,6 +17,7 @@ from bulkley.markdown import markdown
 
 TILE_NODES = 64
 BEYOND_INT = 2**31
+ROOTLESS = ("bisection", "hilbert")  # no rank plans for all; the others work on the root
 
 # name, default, unit, what it is: of the machine, of the program, of the scene.
 CONSTANTS = [
@@ -36,8 +37,10 @@ CONSTANTS = [
     ("particle-bytes", 330, "B", "of memory for each particle, nodes included (docs/performance.md)"),
     ("migrant-bytes", 265, "B", "of a particle that changes rank"),
     ("rebuild-time", 40e-9, "s", "of a rank's rebuild, for each of its particles"),
-    ("rebuild-syncs", 10, "", "collective calls of a rebuild"),
-    ("step-syncs", 2, "", "collective calls of a step: who sends migrants, and the all-reduce"),
+    ("step-syncs", 1, "", "collective calls of a step: the all-reduce"),
+    ("cut-rounds", 3, "", "of histograms in the search for a cut (without a root)"),
+    ("histogram-bytes", 12e3, "B", "of a message with the histograms of a region (without a root)"),
+    ("cut-trials", 3, "", "trees that an imbalance check tries where the load is uneven (without a root)"),
     ("census-bytes", 24, "B", "that the root gathers for each loaded tile"),
     ("census-time", 10e-9, "s", "of a rank's census before a look, for each of its particles"),
     ("look-time", 5e-6, "s", "that an imbalance check takes on the root, for each loaded tile; 12e-6 if it tries changes"),
@@ -57,7 +60,8 @@ CONSTANTS = [
 def parse_arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("csv", nargs="+", help="tables of bulkley partition --csv")
-    parser.add_argument("--method", default="metis", help="method whose rows are fitted (default: metis)")
+    parser.add_argument("--method", default="bisection", help="method whose rows are fitted, and whose maps and checks are counted "
+                        "(default: bisection, which `auto` is in large runs)")
     parser.add_argument("--least-ranks", type=int, default=512, help="rows of fewer ranks are left out: parts of "
                         "many have less free surface (default: 512)")
     parser.add_argument("--fit-ranks", type=int, default=10**9, help="rows of more ranks are not fitted but predicted")
@@ -175,42 +179,67 @@ class Run:
         self.compute = self.own * self.per_particle
         self.uneven = self.compute * (imbalance - 1)
 
+        message = off * c.latency + (1 - off) * c.inside_latency
         # What a rank sends in one half of the exchange it receives in the other; links carry both ways at once.
         sent = laws.sent(share) * laws.busiest if ranks > 1 else 0.0
         messages = laws.messages_busiest if ranks > 1 else 0.0
         self.sent = sent
         self.exchange = (2 * sent * ((1 - off) / c.inside_bandwidth) + sent * off * on_node / c.network_bandwidth
-                         + messages * (off * c.latency + (1 - off) * c.inside_latency))
+                         + messages * message)
 
-        # Particles that cross the face ahead of them, all as fast as the fastest; about half of the neighbours get some.
+        # Particles that cross the face ahead of them, all as fast as the fastest. Every neighbour gets a message, if an empty one.
         width = 4 * share ** (1 / 3)
         migrants = self.own * min(1.0, c.cells_per_step / width) if ranks > 1 else 0.0
         self.migrate = (migrants * c.migrant_bytes * (off * on_node / c.network_bandwidth
                         + 2 * (1 - off) / c.inside_bandwidth)
-                        + (laws.neighbours / 2 * (off * c.latency + (1 - off) * c.inside_latency) if ranks > 1 else 0.0))
+                        + (laws.neighbours * message if ranks > 1 else 0.0))
         self.sync = c.step_syncs * stages * c.stage
-        # Among many ranks the fastest front always finds a new tile; a margin of one cell sets how often.
+        # Among many ranks the fastest front always finds a new tile; a margin of one cell sets how often. A rank asks its neighbours,
+        # and gets their answers.
         self.rebuild = c.cells_per_step * (self.own * c.rebuild_time * self.per_particle / c.particle_time
-                                           + c.rebuild_syncs * stages * c.stage)
+                                           + (2 * laws.neighbours * message if ranks > 1 else 0.0))
 
-        # Balance: the others wait for the root.
-        one_stream = min(c.network_bandwidth, 4 * c.inside_bandwidth)
-        self.gather = (self.tiles * c.census_bytes / one_stream + ranks * c.root_receive) if ranks > 1 else 0.0
-        self.judging = self.tiles * c.look_time + self.own * c.census_time if ranks > 1 else 0.0
-        self.making = laws.making(self.tiles, ranks, axis) if ranks > 1 else 0.0
-        self.map_bytes = 4 * self.box
-        self.broadcast = (2 * self.map_bytes / one_stream + stages * c.latency) if ranks > 1 else 0.0
+        self.rootless = c.method in ROOTLESS
+        if ranks == 1:
+            self.gather = self.judging = self.making = self.broadcast = 0.0
+            self.map_bytes = 8.0
+        elif self.rootless:
+            self.together(c, stages, on_node)
+        else:
+            self.on_root(laws, c, stages, axis)
         look = self.gather + self.judging
         self.look_steps = max(c.look_interval, look / (c.look_share * self.compute))
         self.looks = look / self.look_steps
         self.maps = (self.making + self.broadcast) / c.map_interval
 
-        # Memory: two maps while a new one is taken up; two tables from a rank's first tile to its last.
-        tables = 2 * 4 * min(self.box, max(share, 1.0) ** (1 / 3) * axis**2)
+        # Memory: two maps while a new one is taken up; tables of the box around a rank's tiles.
+        tables = 32 * share
         self.rank_memory = self.own * imbalance * c.particle_bytes + 2 * self.map_bytes + tables
-        self.root_memory = self.rank_memory + self.tiles * c.root_tile_bytes + self.box * c.root_box_bytes
-        self.node_memory = on_node * self.rank_memory + self.root_memory - self.rank_memory
+        planning = 0.0 if self.rootless or ranks == 1 else self.tiles * c.root_tile_bytes + self.box * c.root_box_bytes
+        self.root_memory = self.rank_memory + planning
+        self.node_memory = on_node * self.rank_memory + planning
         self.count = 3 * self.own * c.count_time
+
+    def on_root(self, laws, c, stages, axis):
+        """Checks and maps by the root, for whom the others wait."""
+        one_stream = min(c.network_bandwidth, 4 * c.inside_bandwidth)
+        self.gather = self.tiles * c.census_bytes / one_stream + self.ranks * c.root_receive
+        self.judging = self.tiles * c.look_time + self.own * c.census_time
+        self.making = laws.making(self.tiles, self.ranks, axis)
+        self.map_bytes = 4 * self.box
+        self.broadcast = 2 * self.map_bytes / one_stream + stages * c.latency
+
+    def together(self, c, stages, on_node):
+        """Checks and maps by halving regions: stages (stages + 1) / 2 exchanges in each of a cut's rounds, at once on all ranks of a
+        node; then all ranks get all cuts."""
+        link = c.network_bandwidth / on_node if self.nodes > 1 else c.inside_bandwidth
+        halvings = stages * (stages + 1) / 2
+        self.gather = 0.0
+        self.making = (((3 + c.cut_rounds) * halvings + 2 * stages) * c.stage
+                       + c.cut_rounds * halvings * c.histogram_bytes / link)
+        self.map_bytes = 8 * self.ranks
+        self.broadcast = self.map_bytes / link + stages * c.latency
+        self.judging = self.own * c.census_time + c.cut_trials * (self.making + self.broadcast)
 
     @property
     def stepping(self):
@@ -318,9 +347,9 @@ def print_limits(laws, c, own):
         ("a rank's memory is more than its part of the node",
          lambda n: at(n).rank_memory > c.node_memory / c.ranks_per_node),
         ("the root's node overflows", lambda n: at(n).node_memory > c.node_memory),
-        ("all-reduce and barrier are 10 % of a step", of_step(lambda r: r.sync, 0.1)),
+        ("the all-reduce is 10 % of a step", of_step(lambda r: r.sync, 0.1)),
         ("DMDA of 32-bit PETSc (grid frames only)", lambda n: at(n).box * TILE_NODES * 4 >= BEYOND_INT),
-        ("METIS: neighbours of tiles in 32 bits", lambda n: at(n).tiles * neighbours >= BEYOND_INT),
+        ("METIS: neighbours of tiles in 32 bits", lambda n: not at(n).rootless and at(n).tiles * neighbours >= BEYOND_INT),
         ("TileIndex: tiles of the box in 32 bits", lambda n: at(n).box >= BEYOND_INT),
         ("ids: 64 for each cell and body in 63 bits, 100 bodies",
          lambda n: 100 * 64 * at(n).box * TILE_NODES >= 2.0**63),

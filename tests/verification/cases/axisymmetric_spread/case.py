@@ -38,11 +38,12 @@ def main():
         particles = list(start(f"cell_{1e3 * cell:g}mm", sets).frames())[-1]
         found[cell] = heights = rings(particles, edges, 0.25)
         volume = float(numpy.sum(heights * areas))
-        (truth,) = PASTE.spread(fine, numpy.where(radii < RADIUS, volume / (math.pi * RADIUS**2), 0.0), [end],
+        paste = PASTE.as_it_lies(particles)
+        (truth,) = paste.spread(fine, numpy.where(radii < RADIUS, volume / (math.pi * RADIUS**2), 0.0), [end],
                                second_order=True)
         expected = averaged(truth, radii)
         moving.append(misplaced(heights, expected, areas))
-        edge, height = PASTE.arrested(volume, second_order=True)
+        edge, height = paste.arrested(volume, second_order=True)
         profile = height(radii)
         formula = averaged(profile, radii)
         rest.append(misplaced(heights, formula, areas))

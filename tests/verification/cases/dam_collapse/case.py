@@ -3,7 +3,7 @@
 
 import numpy
 
-from slump_theory import Layer, columns, front, misplaced, speed
+from slump_theory import Layer, columns, front, means, misplaced, speed
 from study import Study
 
 PASTE = Layer(density=1000.0, yield_stress=10.0, consistency=0.1, index=2.0)
@@ -11,10 +11,10 @@ LENGTH, WIDTH = 0.264, 0.576  # of the dam, of the domain
 THRESHOLD = 2e-3              # m/s: at rest, root mean square
 
 
-def lubrication(volume, times):
+def lubrication(paste, volume, times):
     edges = numpy.linspace(0.0, WIDTH, 201)
     heights = numpy.clip((LENGTH - edges[:-1]) / (edges[1] - edges[0]), 0.0, 1.0) * volume / LENGTH
-    return edges, PASTE.spread(edges, heights, times, second_order=True)
+    return edges, paste.spread(edges, heights, times, second_order=True)
 
 
 def main():
@@ -33,14 +33,16 @@ def main():
         middles = 0.5 * (edges[1:] + edges[:-1])
         heights = columns(particles, edges, 4 * cell)
         volume = float(heights.sum() * (edges[1] - edges[0]))
-        grid, (truth,) = lubrication(volume, [end])
+        paste = PASTE.as_it_lies(particles)
+        grid, (truth,) = lubrication(paste, volume, [end])
         expected = numpy.interp(middles, 0.5 * (grid[1:] + grid[:-1]), truth)
         moving.append(misplaced(heights, expected, 1.0))
         centres = [float(numpy.sum(h * middles) / numpy.sum(h)) for h in (heights, expected)]
         middle.append(abs(centres[0] / centres[1] - 1.0))
-        length, shape = PASTE.arrested(volume, second_order=True)
-        rest.append(misplaced(heights, shape(middles), 1.0))
-        reach.append(abs(front(middles, heights, 0.004) / front(middles, shape(middles), 0.004) - 1.0))
+        length, shape = paste.arrested(volume, second_order=True)
+        formula = means(shape, edges)
+        rest.append(misplaced(heights, formula, 1.0))
+        reach.append(abs(front(middles, heights, 0.004) / front(middles, formula, 0.004) - 1.0))
         found[cell] = heights
     depth = [shape(0.0) / cell for cell in cells]
     aspect = float(shape(0.0) / length)
@@ -54,7 +56,7 @@ def main():
         study.expect_convergence("run-out at rest (height 4 mm), against the formula", depth, reach, 0.75 * aspect, 0.7)
         study.expect_at_most("speed at the end, root mean square", speed(particles), THRESHOLD, "m/s",
                              note="finest resolution")
-        first = PASTE.arrested(volume)[0]
+        first = paste.arrested(volume)[0]
         study.remark(f"To first order, without the tension, the formula's run-out is {first:.3f} m instead of {length:.3f} m; the finest run's fluid is "
                      f"thicker than 4 mm up to {front(middles, heights, 0.004):.3f} m.")
 
@@ -63,7 +65,7 @@ def main():
             axes.plot(middles, 1e3 * profile, ".", label=f"cells of {1e3 * cell:g} mm")
         axes.plot(middles, 1e3 * expected, "k-", label="lubrication")
         axes.plot(middles, 1e3 * shape(middles), "k--", label="formula, at rest")
-        axes.plot(middles, 1e3 * PASTE.arrested(volume)[1](middles), "k:", label="first order, at rest")
+        axes.plot(middles, 1e3 * paste.arrested(volume)[1](middles), "k:", label="first order, at rest")
         axes.set(xlabel="x [m]", ylabel="height [mm]")
         axes.legend()
     study.plot(draw, f"The layer after {end:g} s.")

@@ -5,7 +5,7 @@ import math
 
 import numpy
 
-from slump_theory import G, Layer, columns, front, misplaced, speed
+from slump_theory import G, Layer, columns, front, means, misplaced, speed
 from study import Study
 
 PASTE = Layer(density=1000.0, yield_stress=10.0, consistency=0.05, index=2.0, angle=math.radians(3.0))
@@ -13,19 +13,19 @@ LENGTH, HEIGHT, WIDTH = 0.24, 0.02, 0.48  # of the slug, of the domain
 THRESHOLD = 2e-3                          # m/s: at rest, root mean square
 
 
-def front_profile(volume, middles):
-    """Reach of the layer at rest, and its heights at `middles`. Where the floor carries tau_c everywhere and the layer above is at yield as
+def front_profile(paste, volume):
+    """Reach of the layer at rest, and its height as a function. Where the floor carries tau_c everywhere and the layer above is at yield as
     well, stretched along the slope, (rho g cos a h - (pi/2) tau_c) h_x = rho g sin a h - tau_c; with H = rho g h sin a / tau_c and
     D = rho g d sin^2 a / (tau_c cos a) for the distance d from the front that is D = -H - (1 - k) ln(1 - H) + constant, k = (pi/2) tan a. The
     front bears no force: H = 2 k there (Layer.arrested is the same on a level floor). To first order k = 0."""
-    stress, lean = PASTE.yield_stress / PASTE.density / G, math.sin(PASTE.angle)
-    k = 0.5 * math.pi * math.tan(PASTE.angle)
+    stress, lean = paste.yield_stress / paste.density / G, math.sin(paste.angle)
+    k = 0.5 * math.pi * math.tan(paste.angle)
     depth = numpy.linspace(2.0 * k, 0.9999, 100001)
     beyond = -depth - (1.0 - k) * numpy.log1p(-depth)
-    height, distance = depth * stress / lean, (beyond - beyond[0]) * stress * math.cos(PASTE.angle) / lean**2
+    height, distance = depth * stress / lean, (beyond - beyond[0]) * stress * math.cos(paste.angle) / lean**2
     content = numpy.concatenate([[0.0], numpy.cumsum(0.5 * (height[1:] + height[:-1]) * numpy.diff(distance))])
     reach = numpy.interp(volume, content, distance)
-    return reach, numpy.where(middles < reach, numpy.interp(reach - middles, distance, height), 0.0)
+    return reach, lambda x: numpy.where(x < reach, numpy.interp(reach - x, distance, height), 0.0)
 
 
 def main():
@@ -46,17 +46,20 @@ def main():
         found[cell] = heights = columns(particles, edges, 4 * cell)
         volume = float(heights.sum() * (edges[1] - edges[0]))
         grid = numpy.linspace(0.0, WIDTH, 181)
-        (truth,) = PASTE.spread(grid, numpy.where(grid[:-1] < LENGTH, volume / LENGTH, 0.0), [end], second_order=True)
+        paste = PASTE.as_it_lies(particles)
+        (truth,) = paste.spread(grid, numpy.where(grid[:-1] < LENGTH, volume / LENGTH, 0.0), [end], second_order=True)
         expected = numpy.interp(middles, 0.5 * (grid[1:] + grid[:-1]), truth)
         moving.append(misplaced(heights, expected, 1.0))
-        length, shape = front_profile(volume, middles)
-        rest.append(misplaced(heights, shape, 1.0))
-        reach.append(abs(front(middles, heights, 0.004) / front(middles, shape, 0.004) - 1.0))
-    depth = [shape[0] / cell for cell in cells]
+        length, shape = front_profile(paste, volume)
+        formula = means(shape, edges)
+        rest.append(misplaced(heights, formula, 1.0))
+        reach.append(abs(front(middles, heights, 0.004) / front(middles, formula, 0.004) - 1.0))
+    height = float(shape(0.0))
+    depth = [height / cell for cell in cells]
     study.expect_convergence(f"volume out of place after {end:g} s, against lubrication", depth, moving, 0.06, 0.6)
-    study.remark(f"Cells are counted over the height of the arrested layer at the wall, {1e3 * shape[0]:.1f} mm. Its "
+    study.remark(f"Cells are counted over the height of the arrested layer at the wall, {1e3 * height:.1f} mm. Its "
                  f"aspect ratio is "
-                 f"{shape[0] / length:.3f}.")
+                 f"{height / length:.3f}.")
     if study.long:
         study.expect_convergence("volume out of place at rest, against the formula", depth, rest, 0.06, 0.6)
         study.expect_convergence("run-out at rest (height 4 mm), against the formula", depth, reach, 0.06, 0.6)
@@ -67,7 +70,7 @@ def main():
         for cell, profile in found.items():
             axes.plot(middles, 1e3 * profile, ".", label=f"cells of {1e3 * cell:.2g} mm")
         axes.plot(middles, 1e3 * expected, "k-", label="lubrication")
-        axes.plot(middles, 1e3 * shape, "k--", label="formula, at rest")
+        axes.plot(middles, 1e3 * shape(middles), "k--", label="formula, at rest")
         axes.set(xlabel="distance down the slope [m]", ylabel="height [mm]")
         axes.legend()
     study.plot(draw, f"The layer after {end:g} s.")
