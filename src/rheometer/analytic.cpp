@@ -9,7 +9,7 @@ namespace bulkley::rheometer {
 
 namespace {
 
-// Steady state at elastic strain epsilon = s / mu, per unit s or gamma.
+// Steady state at elastic strain epsilon = s J / mu, per unit s or gamma; s is of the Cauchy stress.
 struct Shape {
   double stress;             // driven stress / s
   double normal_difference;  // N_1 / s
@@ -116,7 +116,7 @@ double flow_stress(const ThixotropicHerschelBulkley& law, double gamma) {
 // By halving on s. The stress that the rate requires at s, less s itself, changes sign between 0 and the bracket's end.
 template <class Law>
 std::optional<SteadyFlow> viscoplastic_flow(const Law& law, Flow flow, double rate, double J) {
-  const double mu = law.parameters.shear_modulus;
+  const double mu = law.parameters.shear_modulus / J;
   if (!(mu > 0.0) || !std::isfinite(law.parameters.eta)) return std::nullopt;
   const auto wanted = [&](double s) { return flow_stress(law, rate / steady_shape(flow, s / mu).rate_ratio); };
   const Shape small = steady_shape(flow, 0.0);
@@ -129,7 +129,7 @@ std::optional<SteadyFlow> viscoplastic_flow(const Law& law, Flow flow, double ra
     (wanted(s) > s ? lower : upper) = s;
   }
   const Shape shape = steady_shape(flow, upper / mu);
-  SteadyFlow steady{upper * shape.stress / J, small_s * small.stress / J, upper * shape.normal_difference / J};
+  SteadyFlow steady{upper * shape.stress, small_s * small.stress, upper * shape.normal_difference};
   add_newtonian(steady, law.parameters.background_viscosity, flow, rate);
   return steady;
 }
@@ -137,15 +137,15 @@ std::optional<SteadyFlow> viscoplastic_flow(const Law& law, Flow flow, double ra
 // On s, too: both parts of the stress rise with it.
 double herschel_bulkley_rate(const HerschelBulkley& law, double stress, double J) {
   const auto rule = law.flow_rule();
-  const double mu = law.parameters.shear_modulus;
+  const double mu = law.parameters.shear_modulus / J;
   const auto rate_at = [&](double s) {
     if (s <= rule.radius) return 0.0;
     return shear_shape(s / mu).rate_ratio * std::pow((s - rule.radius) / rule.eta, 1.0 / rule.h);
   };
   const auto stress_at = [&](double s) {
-    return s * shear_shape(s / mu).stress / J + law.parameters.background_viscosity * rate_at(s);
+    return s * shear_shape(s / mu).stress + law.parameters.background_viscosity * rate_at(s);
   };
-  double lower = 0.0, upper = stress * J;
+  double lower = 0.0, upper = stress;
   while (stress_at(upper) < stress) upper *= 2.0;
   constexpr int halvings = 100;
   for (int k = 0; k < halvings; ++k) {
@@ -226,7 +226,7 @@ std::optional<MaxwellFluid> maxwell_limit(const Material& material, double J) {
   if (!law) return std::nullopt;
   const HerschelBulkley::Parameters& p = law->parameters;
   if (p.sigma_Y != 0.0 || p.h != 1.0 || !(p.shear_modulus > 0.0) || !std::isfinite(p.eta)) return std::nullopt;
-  return MaxwellFluid{p.shear_modulus / J, p.eta / (2.0 * p.shear_modulus), p.background_viscosity};
+  return MaxwellFluid{p.shear_modulus / J, p.eta * J / (2.0 * p.shear_modulus), p.background_viscosity};
 }
 
 DynamicModuli dynamic_moduli(const MaxwellFluid& fluid, double angular_frequency) {

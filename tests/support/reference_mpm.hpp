@@ -66,12 +66,13 @@ inline void advance_state(const ReferenceMaterial& law, double dt, ReferencePart
   p.shear_rate = 0.0;
 
   const double s_trial = mu * trial_deviator.norm();
-  const double radius = std::sqrt(2.0 / 3.0) * law.sigma_Y;
+  // The flow curve is one of the Cauchy stress: in the Kirchhoff stress s both of its constants are J times as large.
+  const double radius = std::sqrt(2.0 / 3.0) * p.J * law.sigma_Y, eta = p.J * law.eta;
   if (law.flows && s_trial > radius) {
     // Overstress y = s - radius: y - (s_trial - radius) + 2 mu mean dt (y / eta)^(1/h) = 0.
     const double excess = s_trial - radius;
-    const auto overstress = [&](double t) { return t - excess + 2.0 * mu * mean * dt * std::pow(t / law.eta, 1.0 / law.h); };
-    const double y = law.eta == 0.0 ? 0.0 : bisect(overstress, 0.0, excess);
+    const auto overstress = [&](double t) { return t - excess + 2.0 * mu * mean * dt * std::pow(t / eta, 1.0 / law.h); };
+    const double y = eta == 0.0 ? 0.0 : bisect(overstress, 0.0, excess);
     const Mat3 e = ((radius + y) / s_trial) * trial_deviator;
     // Spherical part: det(e + x 1) = 1, the largest root.
     const double J2 = 0.5 * e.squaredNorm();
