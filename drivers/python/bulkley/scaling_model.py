@@ -32,8 +32,8 @@ CONSTANTS = [
     ("stage", 3e-6, "s", "of one of log2(ranks) stages of an all-reduce or a barrier"),
     ("root-receive", 3e-6, "s", "that the root takes for each rank's message when it gathers"),
 
-    ("particle-time", 85e-9, "s", "of a particle and step on a core by itself (bulkley bench)"),
-    ("particle-traffic", 750, "B", "to and from memory for each particle and step (docs/performance.md)"),
+    ("particle-time", 150e-9, "s", "of a particle and step on a core by itself (bulkley bench; cream, moment FLIP)"),
+    ("particle-traffic", 1150, "B", "to and from memory for each particle and step (docs/performance.md)"),
     ("particle-bytes", 330, "B", "of memory for each particle, nodes included (docs/performance.md)"),
     ("migrant-bytes", 265, "B", "of a particle that changes rank"),
     ("rebuild-time", 40e-9, "s", "of a rank's rebuild, for each of its particles"),
