@@ -17,24 +17,29 @@ LIMIT = 60.0  # s
 OLD_KEYS = ("step", "initial_step", "largest_step", "smallest_step")
 
 FLUID = 0            # of the scene's materials: a yield-stress fluid; its flow curve was one of the Kirchhoff stress then
-STEPS_DIFFER = 2e-4  # of a field's largest value: all that the rest notices is that the fluid sets other steps
+STEPS_DIFFER = 5e-4  # of a field's largest value: all that the rest notices is that the fluid sets other steps
 CARRIED = ("mass", "reference_volume", "material")
-MOVED = ("position", "velocity", "left_cauchy_green", "volume_ratio", "kirchhoff_stress")
+# What laws dissipate was booked in another way then, and a rate is the overstress to the power of 4.5 in this fluid.
+LEFT_OUT = ("connectivity", "plastic_dissipation", "plastic_shear_rate")
 
 
 def particles_of(file):
     with h5py.File(file) as data:
         group = data["particles"]
         order = numpy.argsort(group["id"][:])
-        return {name: group[name][:][order] for name in ("id", *CARRIED, *MOVED)}
+        return {name: group[name][:][order] for name in group if name not in LEFT_OUT}
 
 
 def largest_difference(one, other):
-    return float(numpy.abs(one - other).max() / numpy.abs(other).max())
+    """Relative to the largest value; of fields that this material does not have, which are zero, absolute."""
+    return float(numpy.abs(one - other).max() / (numpy.abs(other).max() or 1.0))
 
 
 def check_end(name, ended, expected):
     """The fluid ends where it did but for the factor J between the two stresses; the rest ends there."""
+    if set(ended) != set(expected):
+        fail(f"{name}: ends with other fields: {set(ended) ^ set(expected)}")
+    moved = sorted(set(expected) - {"id", *CARRIED})
     for field in ("id", *CARRIED):
         if not numpy.array_equal(ended[field], expected[field]):
             fail(f"{name}: {field} is not what the program that wrote it had")
@@ -42,10 +47,12 @@ def check_end(name, ended, expected):
     factor = float(numpy.abs(expected["volume_ratio"][fluid] - 1.0).max())
     largest = {}
     for what, chosen, tolerance in (("the fluid", fluid, factor), ("the rest", ~fluid, STEPS_DIFFER)):
-        largest[what] = max((largest_difference(ended[field][chosen], expected[field][chosen]), field) for field in MOVED)
-        if not largest[what][0] <= tolerance:
-            fail(f"{name}: {largest[what][1]} of {what} differs by {largest[what][0]:.2g}, more than {tolerance:.2g}")
-    return ", ".join(f"{what} within {value:.1g}" for what, (value, _) in largest.items())
+        differences = {field: largest_difference(ended[field][chosen], expected[field][chosen]) for field in moved}
+        for field, difference in differences.items():
+            if not difference <= tolerance:
+                fail(f"{name}: {field} of {what} differs by {difference:.2g}, more than {tolerance:.2g}")
+        largest[what] = max(differences.values())
+    return ", ".join(f"{what} within {difference:.1g}" for what, difference in largest.items())
 
 
 def newest_version(source):
