@@ -10,6 +10,8 @@ export OMPI_MCA_rmaps_base_oversubscribe=1 PRTE_MCA_rmaps_default_mapping_policy
 export OMPI_MCA_hwloc_base_binding_policy=none PRTE_MCA_hwloc_default_binding_policy=none
 # Containers often forbid reading another process's memory.
 export OMPI_MCA_btl_vader_single_copy_mechanism=none
+# Shared memory and TCP, by name: the libraries for InfiniBand and Omni-Path wait 0.2 s for hardware before every start.
+export OMPI_MCA_pml="${OMPI_MCA_pml:-ob1}"
 # hwloc must not look for GPUs through X servers: one that ends at that moment takes mpirun or a rank with it.
 export HWLOC_COMPONENTS="${HWLOC_COMPONENTS:--gl}"
 # One thread per rank.

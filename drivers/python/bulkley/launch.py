@@ -28,8 +28,8 @@ PATIENCE = 10.0  # s, for a process that was told to end a second time
 WORKSTATION = {
     "OMPI_MCA_rmaps_base_oversubscribe": "1", "PRTE_MCA_rmaps_default_mapping_policy": ":oversubscribe",
     "OMPI_MCA_hwloc_base_binding_policy": "none", "PRTE_MCA_hwloc_default_binding_policy": "none",
-    "OMPI_MCA_btl_vader_single_copy_mechanism": "none", "HWLOC_COMPONENTS": "-gl", "OPENBLAS_NUM_THREADS": "1",
-    "OMP_NUM_THREADS": "1"}
+    "OMPI_MCA_btl_vader_single_copy_mechanism": "none", "OMPI_MCA_pml": "ob1", "HWLOC_COMPONENTS": "-gl",
+    "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 AS_ROOT = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
 BATCH_SYSTEMS = ("SLURM_JOB_ID", "PBS_JOBID")
 
