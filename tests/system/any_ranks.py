@@ -59,11 +59,15 @@ class Test:
 
 
 def main():
-    arguments = parse_arguments(__doc__, lambda parser: parser.add_argument("--set", nargs="+", default=[], help="overrides"))
+    def add(parser):
+        parser.add_argument("--set", nargs="+", default=[], help="overrides")
+        parser.add_argument("--cases", nargs="+", type=int, default=range(len(CASES)), help="places in CASES")
+
+    arguments = parse_arguments(__doc__, add)
     test = Test(*start(arguments), SCENE + [word for override in arguments.set for word in ("--set", override)])
     if "1 ranks (1 x 1 x 1)" not in test.run("one", 1, STEPS):
         fail("one rank is not said to have a box")
-    for ranks, method, settings, ranks_after, method_after in CASES:
+    for ranks, method, settings, ranks_after, method_after in (CASES[place] for place in arguments.cases):
         out = f"r{ranks}"
         text = test.run(out, ranks, STEPS, "--set", f"partition.method={method}", *settings)
         if f"{ranks} ranks, output in" not in text:

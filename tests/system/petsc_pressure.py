@@ -27,10 +27,10 @@ PERIODIC = ["domain.upper=[0.35,0.4,0.3]",
 PERIODIC += [f"boundaries.{axis}_{side}=\"periodic\"" for axis in "yz" for side in ("lower", "upper")]
 # name, scene, overrides, steps
 VARIANTS = (
-    ("splash", "splash.toml", ["materials.cream.bulk_modulus=2e9"], 20),
-    ("cubic", "splash.toml", ["transfer.order=\"cubic\"", "transfer.gradient=\"bspline\"", "boundaries.z_lower={type=\"sticky\"}"], 20),
-    ("periodic", "splash.toml", PERIODIC, 20),
-    ("moving", "moving_colliders.toml", ["time.end=1.0", "time.growth=1.5"], 20),
+    ("splash", "splash.toml", ["materials.cream.bulk_modulus=2e9"], 10),
+    ("cubic", "splash.toml", ["transfer.order=\"cubic\"", "transfer.gradient=\"bspline\"", "boundaries.z_lower={type=\"sticky\"}"], 10),
+    ("periodic", "splash.toml", PERIODIC, 10),
+    ("moving", "moving_colliders.toml", ["time.end=1.0", "time.growth=1.5"], 10),
     ("parting", "tank.toml", ["materials.water.tension=false", "gravity=[3.0, 0.0, -10.0]"], 20),
 )
 # Largest differences, as parts of the largest velocity or pressure times the tolerance. What residuals say of velocities they do not

@@ -18,6 +18,9 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "support"))
 from bulkley_program import fail, parse_arguments, start  # noqa: E402
 
 
+COMPARED_STEPS = 200  # of the short version, on one rank and on two
+
+
 class Run:
     """The output folder of a run that has ended well."""
 
@@ -60,10 +63,11 @@ class Study:
         def add(parser):
             parser.add_argument("--long", action="store_true", help="finer resolutions")
             parser.add_argument("--imex", action="store_true", help="with the implicit pressure")
+            parser.add_argument("--ranks", type=int, help="of runs that are not compared; default: 2, in short versions 1")
             parser.add_argument("--results", help="folder for the results and plots of docs/verification.md")
         arguments = parse_arguments(f"{title}. {truth}", add)
         self.name, self.title, self.truth, self.long = name, title, truth, arguments.long
-        self.imex = arguments.imex
+        self.imex, self.ranks = arguments.imex, arguments.ranks or (2 if arguments.long else 1)
         self.program, self.work = start(arguments)
         self.results = pathlib.Path(arguments.results or self.work)
         self.results.mkdir(parents=True, exist_ok=True)
@@ -71,13 +75,15 @@ class Study:
         self.compared = False  # whether a run on one rank has been compared
         self.quantities, self.remarks, self.plots, self.misses = [], [], [], []
 
-    def run(self, label, sets=None, ranks=None, limit=1500, scene=None):
+    def run(self, label, sets=None, ranks=None, limit=1500, scene=None, max_steps=None):
         """Runs the scene with `sets` ({key path: value}) into the folder `label`, the short version on one rank: two cases side
         by side are done sooner than one on two ranks."""
-        ranks = ranks or (2 if self.long else 1)
+        ranks = ranks or self.ranks
         arguments = ["run", str(scene or self.scene), "--out", label, "--quiet"]
         for key, value in {**(sets or {}), **({"time.integrator": "imex"} if self.imex else {})}.items():
             arguments += ["--set", f"{key}={toml(value)}"]
+        if max_steps:
+            arguments += ["--max-steps", str(max_steps)]
         outcome = self.program.run(arguments, ranks, self.work, limit)
         if outcome.code != 0:
             fail(f"{label}: the run on {ranks} ranks ended with {outcome.code}", outcome)
@@ -85,18 +91,18 @@ class Study:
         return Run(self.work / label, outcome.seconds)
 
     def run_on_both(self, label, sets=None, limit=1500, scene=None):
-        """The same run on one rank and on two, which must give the same bits; returns the latter. The short version compares
-        the first run of a case only, usually the coarsest."""
-        if self.compared and not self.long:
-            return self.run(label, sets, None, limit, scene)
-        self.compared = True
-        one = self.run(f"{label}_one_rank", sets, 1, limit, scene)
-        two = self.run(label, sets, 2, limit, scene)
-        files = [sorted(run.folder.glob("checkpoint_*.h5"))[-1] for run in (one, two)]
-        outcome = self.program.run(["compare", *map(str, files)], 1, self.work, 300)
-        if outcome.code != 0 or "identical" not in outcome.text:
-            fail(f"{label}: two ranks differ from one", outcome)
-        return two
+        """A run on one rank and on two, which must give the same bits. The short version compares the first COMPARED_STEPS of the
+        first run of a case only, usually the coarsest, and returns a run on one rank."""
+        steps = None if self.long else COMPARED_STEPS
+        if self.long or not self.compared:
+            self.compared = True
+            one = self.run(f"{label}_one_rank", sets, 1, limit, scene, steps)
+            two = self.run(label if self.long else f"{label}_two_ranks", sets, 2, limit, scene, steps)
+            files = [sorted(run.folder.glob("checkpoint_*.h5"))[-1] for run in (one, two)]
+            outcome = self.program.run(["compare", *map(str, files)], 1, self.work, 300)
+            if outcome.code != 0 or "identical" not in outcome.text:
+                fail(f"{label}: two ranks differ from one", outcome)
+        return two if self.long else self.run(label, sets, None, limit, scene)
 
     def expect(self, quantity, value, truth, tolerance, unit="", relative=True, note=""):
         """One number against the truth. The error is relative to `truth` unless told otherwise."""

@@ -37,7 +37,7 @@ class FilmedDressings(Case):
 
     def plans(self, long):
         if not long:
-            return [Plan(f"{fluid}, predicted", {}, {"fluid": fluid, "cell": 0.002}) for fluid in BOXES]
+            return [Plan(f"{fluid}, predicted", {}, {"fluid": fluid, "cell": 0.002}) for fluid in ("island_dressing",)]  # the smaller box
         return [Plan(f"{fluid}, {1e3 * cell:g} mm", {}, {"fluid": fluid, "cell": cell}, transfer) for cell in CELLS
                 for fluid in BOXES
                 for transfer in TRANSFERS]

@@ -24,7 +24,7 @@ def main():
     study = Study("axisymmetric_spread", "Axisymmetric spread",
                   "Thin layer at yield (Roussel, Coussot 2005), to second order: `(h - c)^2 = c^2 + 2 t (R - r)` with `t = tau_c/(rho g)` and "
                   "`c = (sqrt(3) pi/4) t` for the tension of the plug; on the way there, the lubrication equation about an axis with that tension")
-    cells = (0.008, 0.005, 0.00333333333333333) if study.long else (0.008, 0.004)
+    cells = (0.008, 0.005, 0.00333333333333333) if study.long else (0.008, 0.005)
     end = 6.0 if study.long else 2.0
     edges = numpy.linspace(0.0, WIDTH, RINGS + 1)
     fine = numpy.linspace(0.0, WIDTH, RINGS * FINE + 1)
