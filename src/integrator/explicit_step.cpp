@@ -56,7 +56,7 @@ StepReport ExplicitStep::step(const StepRequest& request, TimeStepState& state) 
       continue;
     }
     if (!report.plan.checked) break;
-    const StepBounds motion = trial_motion(local);
+    const StepBounds motion = trial_motion(report.plan, local);
     if (motion.failed()) {  // a smaller step cannot fix it
       report.bounds = motion;
       return report;
@@ -202,15 +202,16 @@ void ExplicitStep::nodes_to_pools() {
     parts_.particles.exchange().get(velocity_.data(), pool_.data());
 }
 
-// The motion that the nodes would give the particles, merged over ranks. One more all-reduce, on trial steps and steps at
+// The motion that the nodes would give the particles, as far as it decides about the step, merged over ranks. One more all-reduce, on trial steps and steps at
 // risk.
-StepBounds ExplicitStep::trial_motion(const StepBounds& local) {
+StepBounds ExplicitStep::trial_motion(const TimeStepPlan& plan, const StepBounds& local) {
   const PhaseTimer timer(parts_.times, Phase::judge);
   const ParticleGrid& particles = parts_.particles;
   StepBounds motion = local;
+  const MotionLimits ample = ample_limits(parts_.physics.time_stepping, particles.grid().cell_size, plan);
   const auto measure = [&](const auto* nodes) {
     measure_motion(particles.grid(), parts_.physics.transfer, particles.layout(), particles.map(), nodes,
-                   particles.particles(), motion);
+                   particles.particles(), motion, ample);
   };
   if (splits_)
     measure(pairs_.data());

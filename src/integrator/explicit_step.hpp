@@ -40,7 +40,7 @@ class ExplicitStep : public Integrator {
   void push_nodes(double time, const GridUpdate& update, StepBounds& local);
   void nodes_to_pools();
   void compute_nodes(double time, double dt, StepReport& report, StepBounds& local);
-  StepBounds trial_motion(const StepBounds& local);
+  StepBounds trial_motion(const TimeStepPlan& plan, const StepBounds& local);
   void nodes_to_particles(double dt, StepBounds& local);
 
   Node* change() { return impulses_ == Impulses::joined ? nullptr : change_.data(); }

@@ -21,11 +21,12 @@ void g2p(const GridGeometry& grid, const TransferSettings& transfer, const PoolL
          double* gathered = nullptr);
 
 /// What g2p would find, without touching a particle: merges velocity_gradient, speed (of the interpolated velocity) and
-/// not-finite particles into `bounds`. Judges a time step before it is taken. Not collective.
+/// not-finite particles into `bounds`. Judges a time step before it is taken. Particles of tiles whose nodes show by their
+/// differences (T26c) that all stay within `ample` are left out; nodes without mass, n_i = 0, take no part in that. Not collective.
 void measure_motion(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const CellMap& map,
-                    const Node* nodes, const ParticleSet& particles, StepBounds& bounds);
+                    const Node* nodes, const ParticleSet& particles, StepBounds& bounds, const MotionLimits& ample = {});
 void measure_motion(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const CellMap& map,
-                    const NodePair* nodes, const ParticleSet& particles, StepBounds& bounds);
+                    const NodePair* nodes, const ParticleSet& particles, StepBounds& bounds, const MotionLimits& ample = {});
 
 /// Merges speed, mass and momentum of the particles as they are, and velocity_gradient as it is stored. For the first step.
 /// Not collective.

@@ -75,6 +75,12 @@ struct MotionBounds {
   }
 };
 
+/// A particle below both need not be measured to accept a step (measure_motion).
+struct MotionLimits {
+  double speed = -1.0;              ///< m/s; below 0: every particle is measured
+  double velocity_gradient = -1.0;  ///< 1/s, of ||L_p||_F; likewise
+};
+
 /// For the order-free sums.
 struct SumTerms {
   Largest<double> mass;             ///< max m_p, kg

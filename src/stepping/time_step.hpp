@@ -63,7 +63,8 @@ struct TimeStepSettings {
   double smallest_volume_ratio = 1e-4;  ///< J below which the run fails
   double largest_volume_ratio = 1e6;    ///< J above which the run fails
   DeformationCheck deformation_check = DeformationCheck::risky;
-  double step_timeout = 600.0;  ///< s of wall time; a step that takes longer, and 20 times the slowest, ends the run; 0: never
+  double step_timeout =
+      600.0;  ///< s of wall time; a step that takes longer, and 20 times the slowest, ends the run; 0: never
 };
 
 /// What set the time step.
@@ -124,6 +125,10 @@ TimeStepPlan plan_step(const TimeStepSettings& settings, double cell_size, const
 /// Whether a tentative step with the particle motion `motion` (measure_motion, merged over ranks) may be taken:
 /// dt ||L||_max <= theta, no particle crosses a cell, all finite. Not collective.
 bool is_acceptable(const TimeStepSettings& settings, double cell_size, const TimeStepPlan& plan, const StepBounds& motion);
+
+/// Limits of a particle's motion within which is_acceptable cannot fail, less what mass that is rounded away can add. Not
+/// collective.
+MotionLimits ample_limits(const TimeStepSettings& settings, double cell_size, const TimeStepPlan& plan);
 
 /// After a bad step: a trial falls back to the last stable step and doubles the wait; any other halves the stable step.
 /// `motion`: the motion that the plan was checked with. Throws NoStep below the smallest step. Not collective.
