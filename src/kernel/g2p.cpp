@@ -5,10 +5,10 @@
 #include <limits>
 #include <optional>
 #include <type_traits>
-#include <vector>
 
 #include "bulkley/base/error.hpp"
 #include "kernel/batch.hpp"
+#include "kernel/calm_tiles.hpp"
 
 namespace bulkley {
 
@@ -382,74 +382,6 @@ template <SplineOrder order, bool moments, bool gradients, Kept kept>
   update.merge_into(bounds);
 }
 
-const Node& motion_in(const Node& node) { return node; }
-const Node& motion_in(const NodePair& node) { return node.motion; }
-
-double difference_squared(const Node& a, const Node& b) {
-  double sum = 0.0;
-  for (int r = 0; r < 3; ++r) sum += (a.c[r] - b.c[r]) * (a.c[r] - b.c[r]);
-  return sum;
-}
-
-// Which tiles give no particle more than some limits, by (T26c); each is looked at when it is first asked for.
-template <SplineOrder order, class NodeType>
-class CalmTiles {
- public:
-  CalmTiles(const Arguments<NodeType>& arg, const PoolLayout& layout, LocalIndex n_particles, const MotionLimits& ample)
-      : arg_(arg), largest_speed_(ample.speed), largest_difference_(ample.velocity_gradient * arg.cell_size) {
-    // A tile costs as much as a dozen particles.
-    if (ample.speed > 0.0 && ample.velocity_gradient > 0.0 &&
-        n_particles / 32 > static_cast<LocalIndex>(layout.tiles().size()))
-      answer_.assign(layout.tiles().size(), Answer::none);
-  }
-
-  bool holds(LocalIndex first, int size) {
-    if (answer_.empty()) return false;
-    for (int n = 0; n < size; ++n) {
-      const auto slot = static_cast<std::size_t>(arg_.cell[first + n] / tile_nodes);
-      if (answer_[slot] == Answer::none) answer_[slot] = is_calm(slot) ? Answer::calm : Answer::restless;
-      if (answer_[slot] == Answer::restless) return false;
-    }
-    return true;
-  }
-
- private:
-  enum class Answer : char { none, calm, restless };
-
-  // Written so that NaN is not calm.
-  bool is_calm(std::size_t slot) const {
-    constexpr int w = footprint_width(order);
-    const LocalIndex* const offset = arg_.row_offsets + slot * (w * w);
-    const double speed_squared = largest_speed_ * largest_speed_, limit = largest_difference_ * largest_difference_;
-    double largest[3] = {0.0, 0.0, 0.0};  // squares of differences along each axis
-    for (int i = 0; i < w; ++i)
-      for (int j = 0; j < w; ++j) {
-        const NodeType* const row = arg_.nodes + offset[i * w + j];
-        const NodeType* const along[2] = {i + 1 < w ? arg_.nodes + offset[(i + 1) * w + j] : nullptr,
-                                          j + 1 < w ? arg_.nodes + offset[i * w + j + 1] : nullptr};
-        for (int k = 0; k < w; ++k) {
-          const Node& here = motion_in(row[k]);
-          if (here.c[3] == 0.0) continue;
-          if (!(difference_squared(here, Node{}) <= speed_squared)) return false;
-          const auto include = [&](int axis, const Node& next) {
-            if (next.c[3] == 0.0) return;
-            const double d = difference_squared(here, next);
-            largest[axis] = d <= largest[axis] ? largest[axis] : d;
-          };
-          for (int axis = 0; axis < 2; ++axis)
-            if (along[axis]) include(axis, motion_in(along[axis][k]));
-          if (k + 1 < w) include(2, motion_in(row[k + 1]));
-        }
-        if (!(largest[0] + largest[1] + largest[2] <= limit)) return false;
-      }
-    return true;
-  }
-
-  const Arguments<NodeType>& arg_;
-  double largest_speed_, largest_difference_;
-  std::vector<Answer> answer_;  // by tile; empty: not worth asking
-};
-
 template <class NodeType>
 void measure_all(const Arguments<NodeType>& arg, const ParticleSet& particles, const GridGeometry& grid,
                  const PoolLayout& layout, const MotionLimits& ample, StepBounds& bounds) {
@@ -467,8 +399,8 @@ void measure_all(const Arguments<NodeType>& arg, const ParticleSet& particles, c
           bounds.failures.failed_id.include(id[p + lane]);
         }
     };
-    CalmTiles<order(), NodeType> calm(arg, layout, particles.size(), ample);
-    const auto wanted = [&](LocalIndex first, int size) { return !calm.holds(first, size); };
+    CalmTiles<order(), NodeType> calm(grid, layout, arg.cell, arg.nodes, particles.size(), ample);
+    const auto wanted = [&](LocalIndex first, int size) { return !calm.hold(first, size); };
     for_each_pack<order(), moments(), gradients(), Kept::nothing>(arg, particles, {}, visit, wanted);
   });
 }
