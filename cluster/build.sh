@@ -10,8 +10,9 @@ set -euo pipefail
 root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
 build="$root/build"
 
+# nproc heeds OMP_NUM_THREADS, which cluster/environment.sh sets to 1.
 # A compilation of this code takes up to about 1.5 GiB; more at once than the memory holds would be killed.
-cores="$(nproc)"
+cores="$(env -u OMP_NUM_THREADS nproc)"
 by_memory="$(awk '/^MemAvailable/ {print int($2 / 1024 / 1536)}' /proc/meminfo)"
 jobs=$((by_memory < cores ? by_memory : cores))
 jobs=$((jobs < 1 ? 1 : jobs))

@@ -34,6 +34,6 @@ fi
 "$root/cluster/build.sh"
 code=0
 ctest --test-dir "$root/build" --output-on-failure --no-tests=error --label-regex "^($tiers)\$" \
-  --parallel "$(nproc)" "$@" </dev/null || code=$?
+  --parallel "$(env -u OMP_NUM_THREADS nproc)" "$@" </dev/null || code=$?
 [[ -z "$others" ]] || echo "$others"
 exit "$code"

@@ -25,7 +25,7 @@ for tool in dpkg-buildpackage dh lintian; do
   fi
 done
 if [[ -z "$jobs" ]]; then
-  cores="$(nproc)"
+  cores="$(env -u OMP_NUM_THREADS nproc)"
   by_memory="$(awk '/^MemAvailable/ {print int($2 / 1024 / 1536)}' /proc/meminfo)"
   jobs=$((by_memory < cores ? by_memory : cores))
   jobs=$((jobs < 1 ? 1 : jobs))
