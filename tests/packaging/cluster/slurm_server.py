@@ -25,7 +25,7 @@ AuthType=auth/munge
 AuthInfo=socket={sockets}/munge.socket,cred_expire=5
 CredType=cred/munge
 StateSaveLocation={folder}/controller
-SlurmdSpoolDir={folder}/node
+SlurmdSpoolDir={sockets}/node
 SlurmctldPidFile={folder}/controller.pid
 SlurmdPidFile={folder}/node.pid
 SlurmctldLogFile={folder}/controller.log
@@ -100,11 +100,12 @@ class Slurm:
         self.stop()
 
     def start(self):
-        for name in ("controller", "node", "munge"):
+        for name in ("controller", "munge"):
             (self.folder / name).mkdir(parents=True, mode=0o700)
-        # Names of sockets may have some hundred characters only, and munged wants no folder that others may write.
+        # Names of sockets, munge's and those of job steps, may have some hundred characters only, and munged wants no folder that others may write.
         self.sockets = pathlib.Path(tempfile.mkdtemp(prefix="slurm_"))
         self.sockets.chmod(0o711)
+        (self.sockets / "node").mkdir(mode=0o700)
         host = socket.gethostname().split(".")[0]
         controller_port, node_port = free_ports(2)
         (self.folder / "slurm.conf").write_text(CONFIGURATION.format(
