@@ -202,8 +202,8 @@ void ExplicitStep::nodes_to_pools() {
     parts_.particles.exchange().get(velocity_.data(), pool_.data());
 }
 
-// The motion that the nodes would give the particles, as far as it decides about the step, merged over ranks. One more all-reduce, on trial steps and steps at
-// risk.
+// The motion that the nodes would give the particles, as far as it decides about the step, merged over ranks. One more
+// all-reduce, on trial steps and steps at risk.
 StepBounds ExplicitStep::trial_motion(const TimeStepPlan& plan, const StepBounds& local) {
   const PhaseTimer timer(parts_.times, Phase::judge);
   const ParticleGrid& particles = parts_.particles;

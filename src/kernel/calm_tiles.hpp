@@ -5,6 +5,7 @@
 
 #include "kernel/bspline.hpp"
 #include "kernel/cells.hpp"
+#include "kernel/step_bounds.hpp"
 
 namespace bulkley {
 
@@ -50,7 +51,7 @@ class CalmTiles {
     return sum;
   }
 
-  // Written so that NaN is not calm.
+  // Written so that NaN is not calm: it never passes the test of the speed, which every node with mass must.
   bool is_calm(std::size_t slot) const {
     constexpr int w = footprint_width(order);
     const LocalIndex* const offset = row_offsets_ + slot * (w * w);
