@@ -140,7 +140,8 @@ def check_wrong_input(program, work):
 
 def check_fit(program, work, long):
     """The front of a run with TRUTH, with noise, is fitted from far away."""
-    setting = ["--set", "domain.cell_size=0.002"] if long else []
+    finer = ("domain.cell_size=0.002", "domain.upper=[0.162,0.008,0.036]", "bodies.dam.shape.upper=[0.03,0.008,0.024]")
+    setting = [word for key in finer for word in ("--set", key)] if long else []
     outcome = program.run(["run", str(SCENE), "--out", "truth", "--quiet", *setting], 1, work, 300)
     if outcome.code != 0:
         fail("the run of the truth", outcome)
