@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "balance/region_sums.hpp"
 #include "balance/tile_load.hpp"
 #include "grid/cut_tree.hpp"
 
@@ -17,21 +18,6 @@ struct TileRecord {
   std::int32_t owner;  ///< under the present map; for whoever wants to know. Not used here
   GlobalIndex weight;  ///< > 0; ps
   GlobalIndex count;   ///< particles
-};
-
-/// Numbers of a region, of which every participant has a part.
-class RegionSums {
- public:
-  virtual ~RegionSums() = default;
-  /// values[0 .. n_added): sums over the participants; those after them: the smallest. The same everywhere. Collective among
-  /// the participants.
-  virtual void combine(std::span<GlobalIndex> values, std::size_t n_added) = 0;
-};
-
-/// Of one participant, which has all.
-class WholeRegion final : public RegionSums {
- public:
-  void combine(std::span<GlobalIndex>, std::size_t) override {}
 };
 
 /// Which cuts of an earlier tree stay.

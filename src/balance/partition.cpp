@@ -104,7 +104,8 @@ std::optional<std::vector<std::int32_t>> metis_parts(const GridGeometry& grid, c
 std::optional<Boxes> boxes_for(const GridGeometry& grid, const TileLoad& load, int n_ranks, const Partition* present) {
   if (present && present->boxes && box_imbalance(grid, *present->boxes, load) <= boxes_slack * present->boxes->imbalance)
     return present->boxes;
-  return cut_boxes(grid, false, load, n_ranks);
+  WholeRegion all;
+  return cut_boxes(grid, false, load, n_ranks, all);
 }
 
 // The map where no load decides; where there is a load and there are no boxes, one without tiles.
@@ -122,16 +123,16 @@ Partition cut_partition(const GridGeometry& grid, PartitionMethod method, const 
   return {TileMap(bisected(grid, cutting, load, n_ranks)), {}};
 }
 
-Partition partition_of_boxes(const GridGeometry& grid, bool uniform, const TileLoad& load, int n_ranks) {
-  std::optional<Boxes> boxes = cut_boxes(grid, uniform, load, n_ranks);
+}  // namespace
+
+Partition partition_of_boxes(const GridGeometry& grid, bool uniform, const TileLoad& load, int n_ranks, RegionSums& sums) {
+  std::optional<Boxes> boxes = cut_boxes(grid, uniform, load, n_ranks, sums);
   if (!boxes)
     throw UsageError(fmt::format("{}; use another number of ranks, a finer grid, or partition.method = \"auto\"",
                                  box_fault(grid, n_ranks)));
   TileMap map = map_of_boxes(grid, *boxes);
   return {std::move(map), std::move(boxes)};
 }
-
-}  // namespace
 
 Partition make_partition(const GridGeometry& grid, const PartitionSettings& settings, const TileLoad& load, int n_ranks,
                          const Partition* present, const CostModel& cost, PartitionNotes* notes) {
@@ -140,10 +141,11 @@ Partition make_partition(const GridGeometry& grid, const PartitionSettings& sett
   note = {settings.method};
   if (settings.method == PartitionMethod::uniform || settings.method == PartitionMethod::ranges || n_ranks == 1) {
     note.method = settings.method == PartitionMethod::uniform ? settings.method : PartitionMethod::ranges;
-    return partition_of_boxes(grid, note.method == PartitionMethod::uniform, load, n_ranks);
+    WholeRegion all;
+    return partition_of_boxes(grid, note.method == PartitionMethod::uniform, load, n_ranks, all);
   }
-  const bool too_many = settings.method == PartitionMethod::automatic && load.size() > most_tiles_on_root;
-  if (too_many) note.method = PartitionMethod::bisection;
+  const bool too_many = load.size() > most_tiles_on_root || grid.n_tiles() > most_tiles_in_table;
+  if (settings.method == PartitionMethod::automatic && too_many) note.method = PartitionMethod::bisection;
   if (note.method == PartitionMethod::bisection || note.method == PartitionMethod::hilbert)
     return cut_partition(grid, note.method, load, n_ranks, present);
   const std::optional<Boxes> boxes = boxes_for(grid, load, n_ranks, present);

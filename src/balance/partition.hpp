@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "balance/partition_settings.hpp"
+#include "balance/region_sums.hpp"
 #include "balance/tile_load.hpp"
 #include "grid/tile_map.hpp"
 
@@ -45,6 +46,10 @@ inline constexpr double target_imbalance = 1.02;
 /// at the balance on the root takes two seconds.
 inline constexpr std::size_t most_tiles_on_root = 400'000;
 
+/// It also does where the box has more tiles than this, empty ones included: what it makes on the root may be a table of their owners, 16 MiB on
+/// every rank.
+inline constexpr TileIndex most_tiles_in_table = TileIndex{1} << 22;
+
 /// How a partition came about.
 struct PartitionNotes {
   PartitionMethod method = PartitionMethod::uniform;  ///< the one that made it; never `automatic`
@@ -66,7 +71,7 @@ struct PartitionNotes {
 /// `bisection`, where cuts of `present` stay while they serve (recut), and no boxes are cut;
 /// parts of their graph with few shared nodes for `metis` (Karypis & Kumar 1998, recursive bisection; then moved towards
 /// equal loads); for `automatic` the one of these for which `cost` predicts the fastest step, where boxes are rebalanced and
-/// may be 2 % slower, up to most_tiles_on_root. Parts of METIS are numbered for the largest overlap with `present`; without
+/// may be 2 % slower, up to most_tiles_on_root and most_tiles_in_table. Parts of METIS are numbered for the largest overlap with `present`; without
 /// it as they come, near ones by near numbers, so that few bytes leave a node of ranks that follow each other. An empty tile
 /// goes to the owner of a nearest loaded one, but under `hilbert` and `bisection` to the run or region that it lies in, unless `automatic` finds a
 /// nearest owner faster. Where fewer tiles are loaded than there are ranks, the surplus ranks have none.
@@ -75,6 +80,10 @@ struct PartitionNotes {
 /// collective; expensive for large grids, so that runs do it on the root alone (RootPartitioner).
 Partition make_partition(const GridGeometry& grid, const PartitionSettings& settings, const TileLoad& load, int n_ranks,
                          const Partition* present = nullptr, const CostModel& cost = {}, PartitionNotes* notes = nullptr);
+
+/// The boxes of `uniform` or `ranges` and their map, of a load of which every participant has a part (cut_boxes). Throws UsageError where
+/// there are none. Collective among the participants.
+Partition partition_of_boxes(const GridGeometry& grid, bool uniform, const TileLoad& load, int n_ranks, RegionSums& sums);
 
 /// `present` with as few tiles moved from rank to rank as bring the largest load near the mean, in two ways: load is handed
 /// on from neighbour to neighbour, or goes straight from overloaded ranks to empty ones (diffusion.hpp). Not

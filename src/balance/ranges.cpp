@@ -14,46 +14,15 @@
 // Boxes are cuts along three axes at once, which has no such simple optimum. So each axis is cut as a chain of layers of
 // tiles, where a layer counts the loads of all columns that the cuts of the other two axes make, and no column may exceed
 // the bound. The axes take turns until none lowers the largest load of a box; then the cuts move
-// towards equal parts as far as 2 % more load allow. Loads of boxes come from a summed-area table,
-// eight look-ups each.
+// towards equal parts as far as 2 % more load allow.
 // This is done for every way to write the number of ranks as a product of three; of the results within 5 % of the smallest
-// largest load the one with the least cut surface is taken. Memory: one number a tile.
+// largest load the one with the least cut surface is taken. Whoever has part of the tiles adds its own into the layers, and their
+// sums are all that the rest sees: nobody needs all tiles. Memory: a number for each layer and column, tiles along an axis times the ranks
+// across it.
 
 namespace bulkley {
 
 namespace {
-
-// Sums of a load over boxes of tiles in constant time (summed-area table).
-class LoadTable {
- public:
-  LoadTable(const Int3& n_tiles, const std::vector<GlobalIndex>& load)
-      : n_(n_tiles), sums_(static_cast<std::size_t>(n_[0] + 1) * (n_[1] + 1) * (n_[2] + 1), 0) {
-    std::size_t tile = 0;
-    for (int x = 0; x < n_[0]; ++x)
-      for (int y = 0; y < n_[1]; ++y) {
-        GlobalIndex row = 0;
-        for (int z = 0; z < n_[2]; ++z) {
-          row += load[tile++];
-          sums_[at(x + 1, y + 1, z + 1)] =
-              row + sums_[at(x, y + 1, z + 1)] + sums_[at(x + 1, y, z + 1)] - sums_[at(x, y, z + 1)];
-        }
-      }
-  }
-
-  const Int3& n_tiles() const { return n_; }
-  GlobalIndex total() const { return sums_.back(); }
-
-  GlobalIndex box(const Int3& a, const Int3& b) const {
-    return sums_[at(b[0], b[1], b[2])] - sums_[at(a[0], b[1], b[2])] - sums_[at(b[0], a[1], b[2])] -
-           sums_[at(b[0], b[1], a[2])] + sums_[at(a[0], a[1], b[2])] + sums_[at(a[0], b[1], a[2])] +
-           sums_[at(b[0], a[1], a[2])] - sums_[at(a[0], a[1], a[2])];
-  }
-
- private:
-  std::size_t at(int x, int y, int z) const { return (static_cast<std::size_t>(x) * (n_[1] + 1) + y) * (n_[2] + 1) + z; }
-  Int3 n_;
-  std::vector<GlobalIndex> sums_;
-};
 
 struct Candidate {
   Int3 n_ranks{1, 1, 1};
@@ -125,33 +94,103 @@ Cuts nearest_cuts(const Layers& layers, const Cuts& wanted, GlobalIndex bound) {
   return cuts;
 }
 
-Layers layers_across(int axis, const LoadTable& table, const std::array<Cuts, 3>& cuts) {
-  const int b = (axis + 1) % 3, c = (axis + 2) % 3;
-  Layers layers;
-  layers.n_layers = table.n_tiles()[axis];
-  layers.n_columns = static_cast<int>((cuts[b].size() - 1) * (cuts[c].size() - 1));
-  layers.load.reserve(static_cast<std::size_t>(layers.n_layers) * layers.n_columns);
-  Int3 from, to;
-  for (int layer = 0; layer < table.n_tiles()[axis]; ++layer)
-    for (std::size_t p = 0; p + 1 < cuts[b].size(); ++p)
-      for (std::size_t q = 0; q + 1 < cuts[c].size(); ++q) {
-        from[axis] = layer, to[axis] = layer + 1;
-        from[b] = cuts[b][p], to[b] = cuts[b][p + 1];
-        from[c] = cuts[c][q], to[c] = cuts[c][q + 1];
-        layers.load.push_back(table.box(from, to));
-      }
-  return layers;
-}
-
-GlobalIndex largest_load(const LoadTable& table, const std::array<Cuts, 3>& cuts) {
+GlobalIndex largest_box(const Layers& layers, const Cuts& cuts) {
   GlobalIndex largest = 0;
-  for (std::size_t i = 0; i + 1 < cuts[0].size(); ++i)
-    for (std::size_t j = 0; j + 1 < cuts[1].size(); ++j)
-      for (std::size_t k = 0; k + 1 < cuts[2].size(); ++k)
-        largest = std::max(
-            largest, table.box({cuts[0][i], cuts[1][j], cuts[2][k]}, {cuts[0][i + 1], cuts[1][j + 1], cuts[2][k + 1]}));
+  for (std::size_t part = 0; part + 1 < cuts.size(); ++part) {
+    std::vector<GlobalIndex> filled(static_cast<std::size_t>(layers.n_columns), 0);
+    for (int layer = cuts[part]; layer < cuts[part + 1]; ++layer)
+      for (int c = 0; c < layers.n_columns; ++c)
+        filled[c] += layers.load[static_cast<std::size_t>(layer) * layers.n_columns + c];
+    largest = std::max(largest, *std::max_element(filled.begin(), filled.end()));
+  }
   return largest;
 }
+
+// Part of each layer.
+std::vector<int> parts_of_layers(const Cuts& cuts) {
+  std::vector<int> part(static_cast<std::size_t>(cuts.back()));
+  for (std::size_t p = 0; p + 1 < cuts.size(); ++p)
+    std::fill(part.begin() + cuts[p], part.begin() + cuts[p + 1], static_cast<int>(p));
+  return part;
+}
+
+// What tiles count: their load, of which every participant has a part, plus a constant that is about 1 % of the load when summed over
+// all tiles of the box. The last layer of tiles is added to the one before it, where the two may not be cut apart. Without any load, and for
+// uniform boxes, the constant is all; nothing is sent then.
+class CountedLoad {
+ public:
+  CountedLoad(const GridGeometry& grid, bool uniform, const TileLoad& load, RegionSums& sums)
+      : n_tiles_(separable_tiles(grid)), sums_(sums) {
+    for (int axis = 0; axis < 3; ++axis) n_joined_[axis] = grid.n_tiles(axis) - n_tiles_[axis];
+    GlobalIndex total = 0;
+    if (!uniform) {
+      total = load.total();
+      sums_.combine({&total, 1}, 1);
+    }
+    const auto n_tiles = static_cast<GlobalIndex>(grid.n_tiles());
+    const GlobalIndex scale = total == 0 ? 0 : (100 * n_tiles + total - 1) / total;
+    constant_ = std::max<GlobalIndex>(1, scale * total / (100 * n_tiles));
+    total_ = scale * total + constant_ * n_tiles;
+    has_load_ = scale > 0;
+    if (!has_load_) return;
+    tiles_.reserve(load.size());
+    for (std::size_t t = 0; t < load.size(); ++t) {
+      Int3 at = grid.tile_coordinates(load.tile[t]);
+      for (int axis = 0; axis < 3; ++axis) at[axis] = std::min(at[axis], n_tiles_[axis] - 1);
+      tiles_.push_back({at, scale * load.weight[t]});
+    }
+  }
+
+  const Int3& n_tiles() const { return n_tiles_; }
+  GlobalIndex total() const { return total_; }
+
+  /// The same for every participant. Collective among them.
+  Layers layers_across(int axis, const std::array<Cuts, 3>& cuts) const {
+    const int b = (axis + 1) % 3, c = (axis + 2) % 3;
+    const auto n_b = static_cast<int>(cuts[b].size()) - 1, n_c = static_cast<int>(cuts[c].size()) - 1;
+    Layers layers{n_tiles_[axis], n_b * n_c, {}};
+    layers.load.resize(static_cast<std::size_t>(layers.n_layers) * layers.n_columns, 0);
+    if (has_load_) {
+      const std::vector<int> part_b = parts_of_layers(cuts[b]), part_c = parts_of_layers(cuts[c]);
+      for (const Tile& tile : tiles_)
+        layers.load[static_cast<std::size_t>(tile.at[axis]) * layers.n_columns + part_b[tile.at[b]] * n_c +
+                    part_c[tile.at[c]]] += tile.counted;
+      sums_.combine(layers.load, layers.load.size());
+    }
+    std::size_t n = 0;
+    for (int layer = 0; layer < layers.n_layers; ++layer)
+      for (int p = 0; p < n_b; ++p)
+        for (int q = 0; q < n_c; ++q)
+          layers.load[n++] += constant_ * thickness(axis, layer, layer + 1) * thickness(b, cuts[b][p], cuts[b][p + 1]) *
+                              thickness(c, cuts[c][q], cuts[c][q + 1]);
+    return layers;
+  }
+
+  /// Of the boxes between cuts. Collective among the participants.
+  GlobalIndex largest_load(const std::array<Cuts, 3>& cuts) const {
+    int axis = 0;  // with the fewest columns across
+    for (int other = 1; other < 3; ++other)
+      if (cuts[other].size() > cuts[axis].size()) axis = other;
+    return largest_box(layers_across(axis, cuts), cuts[axis]);
+  }
+
+ private:
+  struct Tile {
+    Int3 at;
+    GlobalIndex counted;  // without the constant
+  };
+
+  GlobalIndex thickness(int axis, int from, int to) const {
+    return to - from + (to == n_tiles_[axis] ? n_joined_[axis] : 0);
+  }
+
+  Int3 n_tiles_;   // that may be cut apart
+  Int3 n_joined_;  // behind them
+  RegionSums& sums_;
+  std::vector<Tile> tiles_;
+  GlobalIndex constant_ = 1, total_ = 0;
+  bool has_load_ = false;
+};
 
 Cuts equal_cuts(int n_tiles, int n_parts) {
   Cuts cuts(n_parts + 1);
@@ -160,31 +199,38 @@ Cuts equal_cuts(int n_tiles, int n_parts) {
   return cuts;
 }
 
+// The layers across each axis that nothing cuts.
+std::array<Layers, 3> whole_layers(const CountedLoad& load) {
+  const Int3& n = load.n_tiles();
+  const std::array<Cuts, 3> whole{Cuts{0, n[0]}, Cuts{0, n[1]}, Cuts{0, n[2]}};
+  return {load.layers_across(0, whole), load.layers_across(1, whole), load.layers_across(2, whole)};
+}
+
 // Each axis by itself first, then one axis after the other given the cuts of the other two, while that helps. Last, the
 // cuts move towards equal parts as far as the largest load allows with 2 % more: an owner's memory is its nodes, not its
 // particles.
-std::array<Cuts, 3> balanced_cuts(const LoadTable& table, const Int3& n_ranks) {
-  const Int3& n_tiles = table.n_tiles();
-  const std::array<Cuts, 3> whole{Cuts{0, n_tiles[0]}, Cuts{0, n_tiles[1]}, Cuts{0, n_tiles[2]}};
+std::array<Cuts, 3> balanced_cuts(const CountedLoad& load, const std::array<Layers, 3>& whole, const Int3& n_ranks) {
   std::array<Cuts, 3> cuts;
-  for (int axis = 0; axis < 3; ++axis) cuts[axis] = smallest_load_cuts(layers_across(axis, table, whole), n_ranks[axis]);
+  for (int axis = 0; axis < 3; ++axis) cuts[axis] = smallest_load_cuts(whole[axis], n_ranks[axis]);
 
-  GlobalIndex largest = largest_load(table, cuts);
+  GlobalIndex largest = load.largest_load(cuts);
   for (bool improved = true; improved;) {
     improved = false;
     for (int axis = 0; axis < 3; ++axis) {
-      std::array<Cuts, 3> trial = cuts;
-      trial[axis] = smallest_load_cuts(layers_across(axis, table, cuts), n_ranks[axis]);
-      const GlobalIndex trial_largest = largest_load(table, trial);
+      if (n_ranks[axis] == 1) continue;
+      const Layers layers = load.layers_across(axis, cuts);
+      Cuts trial = smallest_load_cuts(layers, n_ranks[axis]);
+      const GlobalIndex trial_largest = largest_box(layers, trial);
       if (trial_largest >= largest) continue;
-      cuts = std::move(trial);
+      cuts[axis] = std::move(trial);
       largest = trial_largest;
       improved = true;
     }
   }
   for (int axis = 0; axis < 3; ++axis)
-    cuts[axis] =
-        nearest_cuts(layers_across(axis, table, cuts), equal_cuts(n_tiles[axis], n_ranks[axis]), largest + largest / 50);
+    if (n_ranks[axis] > 1)
+      cuts[axis] = nearest_cuts(load.layers_across(axis, cuts), equal_cuts(load.n_tiles()[axis], n_ranks[axis]),
+                                largest + largest / 50);
   return cuts;
 }
 
@@ -212,16 +258,17 @@ std::vector<Int3> process_grids(const Int3& n_tiles, int n_ranks) {
   return result;
 }
 
-std::vector<Candidate> candidates(const GridGeometry& grid, const LoadTable& table, bool uniform, int n_ranks) {
+std::vector<Candidate> candidates(const GridGeometry& grid, const CountedLoad& load, bool uniform, int n_ranks) {
   std::vector<Candidate> result;
-  for (const Int3& process_grid : process_grids(table.n_tiles(), n_ranks)) {
+  const std::array<Layers, 3> whole = whole_layers(load);
+  for (const Int3& process_grid : process_grids(load.n_tiles(), n_ranks)) {
     Candidate c;
     c.n_ranks = process_grid;
     if (uniform)
-      for (int axis = 0; axis < 3; ++axis) c.cuts[axis] = equal_cuts(table.n_tiles()[axis], c.n_ranks[axis]);
+      for (int axis = 0; axis < 3; ++axis) c.cuts[axis] = equal_cuts(load.n_tiles()[axis], c.n_ranks[axis]);
     else
-      c.cuts = balanced_cuts(table, c.n_ranks);
-    c.largest_load = largest_load(table, c.cuts);
+      c.cuts = balanced_cuts(load, whole, c.n_ranks);
+    c.largest_load = load.largest_load(c.cuts);
     c.surface = cut_surface(grid, c.n_ranks);
     result.push_back(std::move(c));
   }
@@ -239,53 +286,11 @@ const Candidate& best_of(const std::vector<Candidate>& all) {
   return *best;
 }
 
-// What a tile counts: its load, plus a constant that is about 1 % of the load when summed over all tiles. The last layer of
-// tiles is added to the one before it, where the two may not be cut apart.
-std::vector<GlobalIndex> counted_loads(const GridGeometry& grid, const Int3& divisible, bool uniform, const TileLoad& load) {
-  const auto n_tiles = static_cast<GlobalIndex>(grid.n_tiles());
-  const GlobalIndex total = load.total();
-  const GlobalIndex scale = uniform || total == 0 ? 0 : (100 * n_tiles + total - 1) / total;
-  const GlobalIndex constant = std::max<GlobalIndex>(1, scale * total / (100 * n_tiles));
-  std::vector<GlobalIndex> result(static_cast<std::size_t>(divisible[0]) * divisible[1] * divisible[2], 0);
-  const auto at = [&](Int3 tile) -> GlobalIndex& {
-    for (int axis = 0; axis < 3; ++axis) tile[axis] = std::min(tile[axis], divisible[axis] - 1);
-    return result[(static_cast<std::size_t>(tile[0]) * divisible[1] + tile[1]) * divisible[2] + tile[2]];
-  };
-  for (int x = 0; x < grid.n_tiles(0); ++x)
-    for (int y = 0; y < grid.n_tiles(1); ++y)
-      for (int z = 0; z < grid.n_tiles(2); ++z) at({x, y, z}) += constant;
-  for (std::size_t t = 0; t < load.size(); ++t) at(grid.tile_coordinates(load.tile[t])) += scale * load.weight[t];
-  return result;
-}
-
-double imbalance_of(const LoadTable& table, const std::array<Cuts, 3>& cuts, int n_ranks) {
-  return static_cast<double>(largest_load(table, cuts)) * n_ranks / static_cast<double>(table.total());
+double imbalance_of(const CountedLoad& load, GlobalIndex largest, int n_ranks) {
+  return static_cast<double>(largest) * n_ranks / static_cast<double>(load.total());
 }
 
 }  // namespace
-
-Cuts cut_chain(const std::vector<GlobalIndex>& loads, int n_parts) {
-  const Layers chain{static_cast<int>(loads.size()), 1, loads};
-  Cuts cuts = smallest_load_cuts(chain, n_parts);
-  GlobalIndex largest = 0, total = 0;
-  for (int part = 0; part < n_parts; ++part) {
-    const GlobalIndex load = std::accumulate(loads.begin() + cuts[part], loads.begin() + cuts[part + 1], GlobalIndex{0});
-    largest = std::max(largest, load);
-    total += load;
-  }
-  Cuts equal{0};
-  GlobalIndex before = 0;
-  for (int n = 0; n < chain.n_layers; ++n) {
-    // The cut goes where the sum so far is nearest to its share of the total.
-    while (static_cast<int>(equal.size()) < n_parts &&
-           static_cast<double>(before) + 0.5 * static_cast<double>(loads[n]) >=
-               static_cast<double>(total) / n_parts * static_cast<double>(equal.size()))
-      equal.push_back(n);
-    before += loads[n];
-  }
-  while (static_cast<int>(equal.size()) <= n_parts) equal.push_back(chain.n_layers);
-  return nearest_cuts(chain, equal, largest);
-}
 
 std::string box_fault(const GridGeometry& grid, int n_ranks) {
   if (!process_grids(separable_tiles(grid), n_ranks).empty()) return {};
@@ -293,14 +298,13 @@ std::string box_fault(const GridGeometry& grid, int n_ranks) {
                      grid.n_tiles(0), grid.n_tiles(1), grid.n_tiles(2), tile_width, n_ranks);
 }
 
-std::optional<Boxes> cut_boxes(const GridGeometry& grid, bool uniform, const TileLoad& load, int n_ranks) {
-  const Int3 divisible = separable_tiles(grid);
-  if (process_grids(divisible, n_ranks).empty()) return std::nullopt;
-  const LoadTable table(divisible, counted_loads(grid, divisible, uniform, load));
-  Candidate best = best_of(candidates(grid, table, uniform, n_ranks));
+std::optional<Boxes> cut_boxes(const GridGeometry& grid, bool uniform, const TileLoad& load, int n_ranks, RegionSums& sums) {
+  if (!box_fault(grid, n_ranks).empty()) return std::nullopt;
+  const CountedLoad counted(grid, uniform, load, sums);
+  Candidate best = best_of(candidates(grid, counted, uniform, n_ranks));
   Boxes boxes;
   boxes.n_ranks = best.n_ranks;
-  boxes.imbalance = imbalance_of(table, best.cuts, n_ranks);
+  boxes.imbalance = imbalance_of(counted, best.largest_load, n_ranks);
   for (int axis = 0; axis < 3; ++axis) {
     best.cuts[axis].back() = grid.n_tiles(axis);
     for (int part = 0; part < best.n_ranks[axis]; ++part)
@@ -311,15 +315,15 @@ std::optional<Boxes> cut_boxes(const GridGeometry& grid, bool uniform, const Til
 }
 
 double box_imbalance(const GridGeometry& grid, const Boxes& boxes, const TileLoad& load) {
-  const Int3 divisible = separable_tiles(grid);
-  const LoadTable table(divisible, counted_loads(grid, divisible, false, load));
+  WholeRegion all;
+  const CountedLoad counted(grid, false, load, all);
   std::array<Cuts, 3> cuts;
   for (int axis = 0; axis < 3; ++axis) {
     cuts[axis].push_back(0);
     for (const int nodes : boxes.nodes[axis]) cuts[axis].push_back(cuts[axis].back() + nodes / tile_width);
-    cuts[axis].back() = divisible[axis];
+    cuts[axis].back() = counted.n_tiles()[axis];
   }
-  return imbalance_of(table, cuts, boxes.n_ranks[0] * boxes.n_ranks[1] * boxes.n_ranks[2]);
+  return imbalance_of(counted, counted.largest_load(cuts), boxes.n_ranks[0] * boxes.n_ranks[1] * boxes.n_ranks[2]);
 }
 
 }  // namespace bulkley

@@ -7,7 +7,8 @@
 namespace bulkley {
 
 /// Asks a RootPartitioner, which tries every method, while at most `most_tiles` hold particles, and a BisectionPartitioner
-/// where there are more; once it has, until there are only half as many. A tile counts for each rank that has particles in it.
+/// where there are more; once it has, until there are only half as many. A tile counts for each rank that has particles in it. In boxes of
+/// more than most_tiles_in_table tiles there is no root either.
 class AutomaticPartitioner final : public Partitioner {
  public:
   explicit AutomaticPartitioner(const PartitionSettings& settings, std::size_t most_tiles = most_tiles_on_root)

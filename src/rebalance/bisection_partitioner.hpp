@@ -1,9 +1,8 @@
 #pragma once
 // The partitioner of `bisection` and `hilbert`: no root, and no rank that sees all tiles.
 
-#include <functional>
-
 #include "balance/bisection.hpp"
+#include "rebalance/merged_census.hpp"
 #include "rebalance/partitioner.hpp"
 #include "rebalance/rank_range.hpp"
 
@@ -15,16 +14,6 @@ namespace bulkley {
 /// each tile is with one rank, whichever. Collective.
 CutTree bisected_together(const Comm& comm, const GridGeometry& grid, Cutting cutting, std::vector<TileRecord>& records,
                           const KeptCuts& kept, SentMessages& sent);
-
-/// The rank at which what ranks know of a tile is put together; the same on every rank.
-using TileHome = std::function<int(TileIndex)>;
-
-/// The census of the tiles whose home is this rank, ascending, each once: its own part and those of others merged. `local` may list tiles
-/// in any order and more than once. Takes log2 P messages. Precondition: the same n_materials on every rank. Collective.
-TileCensus merged_census(const Comm& comm, const TileCensus& local, const TileHome& home_of, SentMessages& sent);
-
-/// Tiles are at home with those who own them under `present`, or else with ranks that a hash names. `present` must outlive it.
-TileHome owners_or_hash(const TileMap* present, int n_ranks);
 
 /// Makes trees of cuts, and follows loads by moving as few cuts as pay. A change is judged by the loads of ranks alone: what
 /// it does to their messages is not predicted, and hardly changes where few cuts move.

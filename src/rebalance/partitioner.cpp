@@ -3,6 +3,7 @@
 #include <array>
 
 #include "rebalance/automatic_partitioner.hpp"
+#include "rebalance/box_partitioner.hpp"
 
 namespace bulkley {
 
@@ -27,10 +28,21 @@ PartitionProposal Partitioner::propose(const Comm& comm, const PartitionRequest&
 }
 
 std::unique_ptr<Partitioner> make_partitioner(const PartitionSettings& settings) {
-  if (settings.method == PartitionMethod::bisection) return std::make_unique<BisectionPartitioner>(Cutting::planes);
-  if (settings.method == PartitionMethod::hilbert) return std::make_unique<BisectionPartitioner>(Cutting::curve);
-  if (settings.method == PartitionMethod::automatic) return std::make_unique<AutomaticPartitioner>(settings);
-  return std::make_unique<RootPartitioner>(settings);
+  switch (settings.method) {
+    case PartitionMethod::uniform:
+      return std::make_unique<BoxPartitioner>(true);
+    case PartitionMethod::ranges:
+      return std::make_unique<BoxPartitioner>(false);
+    case PartitionMethod::hilbert:
+      return std::make_unique<BisectionPartitioner>(Cutting::curve);
+    case PartitionMethod::bisection:
+      return std::make_unique<BisectionPartitioner>(Cutting::planes);
+    case PartitionMethod::metis:
+      return std::make_unique<RootPartitioner>(settings);
+    case PartitionMethod::automatic:
+      break;
+  }
+  return std::make_unique<AutomaticPartitioner>(settings);
 }
 
 }  // namespace bulkley

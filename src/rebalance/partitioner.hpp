@@ -1,5 +1,5 @@
 #pragma once
-// Where maps of tiles come from: the interface, and the partitioner that works on the root.
+// Where maps of tiles come from.
 
 #include <memory>
 #include <optional>

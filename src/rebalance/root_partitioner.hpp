@@ -1,5 +1,5 @@
 #pragma once
-// The default partitioner: the root sees the whole census, and every rank gets its map.
+// The partitioner of `metis`, and of `auto` up to some size: the root sees the whole census, and every rank gets its map.
 
 #include "rebalance/partitioner.hpp"
 

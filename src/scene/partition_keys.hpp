@@ -19,9 +19,10 @@ inline const config::Keys<PartitionSettings>& keys(config::Of<PartitionSettings>
               "method", &PartitionSettings::method,
               {.about = "uniform: equal parts of the grid; ranges: boxes of the grid of about equal cost; "
                         "hilbert: runs of a Hilbert curve through tiles of 4 x 4 x 4 nodes; bisection: regions by recursive "
-                        "cuts of equal load, which move only where loads ask for it; both are made without a root; metis: "
-                        "tiles grouped with few shared nodes; auto: the method with the fastest predicted step, changed "
-                        "when that pays, and bisection where more than 400 000 tiles hold particles. The first two need a "
+                        "cuts of equal load, which move only where loads ask for it; metis: tiles grouped with few shared "
+                        "nodes, on the root; auto: the method with the fastest predicted step, changed "
+                        "when that pays, and bisection where more than 400 000 tiles hold particles or the box has more "
+                        "than 2^22. The first two need a "
                         "box of tiles for each rank, the others work on any number of ranks."})
           .key("decision_interval", &PartitionSettings::decision_interval,
                {.about =

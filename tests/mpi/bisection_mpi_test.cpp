@@ -184,6 +184,29 @@ TEST_F(RankNumbers, MemoryIsThatOfTilesAndCutsNotOfTheGrid) {
   });
 }
 
+// Two tiles far apart and a row of them in a grid of 68 million: boxes take a number for each layer and column of the axis that is cut.
+TEST_F(RankNumbers, MemoryForBoxesIsThatOfLayersNotOfTheGrid) {
+  const GridGeometry grid = grid_of_cells({400'000, 100, 100});
+  for_each_number([&](const Comm& comm) {
+    if (comm.size() > 8) return;  // as slow as it is long
+    TileCensus census;
+    for (int n = comm.rank(); n < 3000; n += comm.size()) {
+      census.tile.push_back(grid.tile_index({n < 2 ? 99'990 * n : 500 + n, n % 20, n / 20 % 20}));
+      census.count.push_back(1000 + n % 7);
+      census.cells.push_back(1);
+    }
+    const CostModel cost;
+    const std::size_t before = most_bytes = n_bytes;
+    const auto partition = make_partitioner({PartitionMethod::ranges})->propose(comm, {grid, census, cost}).partition;
+    const std::size_t used = most_bytes - before;
+    ASSERT_TRUE(partition && partition->boxes);
+    EXPECT_LT(partition->boxes->imbalance, 1.3);
+    const auto n_ranks = static_cast<std::size_t>(comm.size()), n_layers = static_cast<std::size_t>(grid.n_tiles(0));
+    // Layers that nothing cuts, those of one axis with those of half as many columns as ranks, parts of layers, the map and the boxes.
+    EXPECT_LE(used, n_layers * (8 + 8 * std::max<std::size_t>(1, n_ranks / 2) + 4 + 4 + 4 + 8) + 200 * 3000);
+  });
+}
+
 TEST_F(RankNumbers, CensusesAreMergedByTile) {
   const GridGeometry grid = grid_of_cells({60, 76, 44});
   for_each_number([&](const Comm& comm) {

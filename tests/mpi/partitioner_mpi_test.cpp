@@ -145,6 +145,52 @@ TEST_F(PartitionerTest, TheSceneOnesMapIsThatOfAllParticles) {
   }
 }
 
+// Neither needs a root: ranks add up layers of boxes.
+TEST_F(PartitionerTest, BoxesAreThoseOfOneProcess) {
+  for (const GridGeometry& shape : {grid_of_cells({30, 41, 23}), grid_of_cells({60, 44, 24}, {false, true, false})})
+    for (const std::vector<GlobalIndex>& counts :
+         {random_load(shape, 5), ball_load(shape), std::vector<GlobalIndex>(shape.n_tiles(), 0)}) {
+      TileCensus mine, all;  // of every third tile each rank has some
+      for (TileIndex tile = 0; tile < shape.n_tiles(); ++tile) {
+        const GlobalIndex count = counts[static_cast<std::size_t>(tile)];
+        if (count == 0) continue;
+        const bool shared = tile % 3 == 0;
+        if (shared || tile % comm.size() == comm.rank()) {
+          mine.tile.push_back(tile);
+          mine.count.push_back(count);
+          mine.cells.push_back(std::uint64_t{1} << comm.rank());
+        }
+        all.tile.push_back(tile);
+        all.count.push_back(shared ? count * comm.size() : count);
+        all.cells.push_back(1);
+      }
+      const TileLoad load = tile_load(all, cost);
+      for (const PartitionMethod method : {PartitionMethod::uniform, PartitionMethod::ranges}) {
+        const auto partitioner = make_partitioner(by(method));
+        const Partition expected = make_partition(shape, by(method), load, comm.size());
+        const PartitionProposal first = partitioner->propose(comm, {shape, mine, cost});
+        ASSERT_TRUE(first.partition);
+        EXPECT_EQ(first.notes.method, method);
+        EXPECT_EQ(first.partition->map, expected.map);
+        EXPECT_EQ(first.partition->boxes, expected.boxes);
+        EXPECT_EQ(first.partition->boxes->imbalance, expected.boxes->imbalance);
+        EXPECT_FALSE(partitioner->propose(comm, {shape, mine, cost, &*first.partition}).partition);
+        if (comm.size() == 1) continue;
+        const Partition crowded{map_to(shape, comm.size(), comm.size() - 1), {}};
+        const PartitionProposal spread = partitioner->propose(comm, {shape, mine, cost, &crowded});
+        ASSERT_TRUE(spread.partition);
+        EXPECT_EQ(spread.partition->map, expected.map);
+      }
+    }
+}
+
+TEST_F(PartitionerTest, TooFewTilesForBoxesIsAUsageErrorOfEveryRank) {
+  if (comm.size() < 5) return;
+  const GridGeometry shape = grid_of_cells({4, 4, 4}, {true, true, true});  // one tile
+  for (const PartitionMethod method : {PartitionMethod::uniform, PartitionMethod::ranges})
+    EXPECT_THROW(make_partitioner(by(method))->propose(comm, {shape, {}, cost}), UsageError);
+}
+
 // With a root for few tiles; without one for more, until they are half as many.
 TEST_F(PartitionerTest, TheAutomaticOneLeavesTheRootWhenTilesAreMany) {
   const TileCensus mine = local_census();
@@ -167,6 +213,18 @@ TEST_F(PartitionerTest, TheAutomaticOneLeavesTheRootWhenTilesAreMany) {
   EXPECT_EQ(map_by(without, fewer), map_by(cuts, fewer));
   keep(mine.size() / 3);
   EXPECT_EQ(map_by(without, fewer), map_by(root, fewer));
+
+  // In a wide box neither, however few they are.
+  const GridGeometry wide = grid_of_cells({2000, 2000, 64});
+  ASSERT_GT(wide.n_tiles(), most_tiles_in_table);
+  const Partition even{TileMap(even_cuts(wide, comm.size())), {}};
+  const auto change = [&](Partitioner& partitioner) {
+    return partitioner.propose(comm, {wide, mine, cost, &even, comm.size() > 1 ? std::optional<double>{1e9} : std::nullopt})
+        .partition->map;
+  };
+  const TileMap changed = change(with);
+  EXPECT_EQ(changed, change(cuts));
+  EXPECT_LE(changed.memory(), std::size_t{1024});
 }
 
 TEST_F(PartitionerTest, AMapThatRanksDoNotShareIsRefused) {

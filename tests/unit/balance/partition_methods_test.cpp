@@ -3,13 +3,11 @@
 #include <algorithm>
 #include <limits>
 #include <map>
-#include <numeric>
 #include <set>
 
 #include "balance/diffusion.hpp"
 #include "balance/graph_parts.hpp"
 #include "balance/partition.hpp"
-#include "balance/ranges.hpp"
 #include "balance/traffic.hpp"
 #include "grid/hilbert_curve.hpp"
 #include "support/tile_loads.hpp"
@@ -75,48 +73,6 @@ TEST(Hilbert, PartsAreRunsOfTheCurve) {
     last = p;
   }
   EXPECT_EQ(last, 22);
-}
-
-// --- chains ------------------------------------------------------------------------------------------------------------
-
-GlobalIndex largest_run(const std::vector<GlobalIndex>& loads, const Cuts& cuts) {
-  GlobalIndex largest = 0;
-  for (std::size_t p = 0; p + 1 < cuts.size(); ++p)
-    largest = std::max(largest, std::accumulate(loads.begin() + cuts[p], loads.begin() + cuts[p + 1], GlobalIndex{0}));
-  return largest;
-}
-
-// The smallest largest load over all ways to cut loads[from ..] into n_parts runs of at least one.
-GlobalIndex best_largest_run(const std::vector<GlobalIndex>& loads, int from, int n_parts) {
-  const int n = static_cast<int>(loads.size());
-  if (n_parts == 1) return std::accumulate(loads.begin() + from, loads.end(), GlobalIndex{0});
-  GlobalIndex best = std::numeric_limits<GlobalIndex>::max(), run = 0;
-  for (int to = from + 1; to <= n - (n_parts - 1); ++to) {
-    run += loads[to - 1];
-    best = std::min(best, std::max(run, best_largest_run(loads, to, n_parts - 1)));
-  }
-  return best;
-}
-
-TEST(CutChain, IsAsGoodAsTryingAllCuts) {
-  std::mt19937 random(11);
-  for (int trial = 0; trial < 400; ++trial) {
-    std::vector<GlobalIndex> loads(1 + random() % 11);
-    for (GlobalIndex& load : loads) load = random() % 4 == 0 ? 0 : random() % 900;
-    const int n_parts = 1 + static_cast<int>(random() % loads.size());
-    const Cuts cuts = cut_chain(loads, n_parts);
-    ASSERT_EQ(cuts.size(), static_cast<std::size_t>(n_parts) + 1);
-    EXPECT_EQ(cuts.front(), 0);
-    EXPECT_EQ(cuts.back(), static_cast<int>(loads.size()));
-    for (int p = 0; p < n_parts; ++p) EXPECT_LT(cuts[p], cuts[p + 1]);
-    EXPECT_EQ(largest_run(loads, cuts), best_largest_run(loads, 0, n_parts)) << "trial " << trial;
-  }
-}
-
-TEST(CutChain, RunsAreAsEqualAsTheLargestAllows) {
-  EXPECT_EQ(cut_chain(std::vector<GlobalIndex>(12, 1'000'000'000'000), 4), (Cuts{0, 3, 6, 9, 12}));
-  // The last element is the largest run whatever the others do: they go towards thirds of the total.
-  EXPECT_EQ(cut_chain({1, 1, 1, 1, 1, 1, 1, 1, 1, 9}, 3), (Cuts{0, 6, 9, 10}));
 }
 
 // --- maps of owners ---------------------------------------------------------------------------------------------------
@@ -221,6 +177,23 @@ TEST(FreePartition, AutomaticNeedsNoRootForManyTiles) {
   const Partition chosen = make_partition(grid, by(PartitionMethod::automatic), load, 8, nullptr, {}, &notes);
   EXPECT_EQ(notes.method, PartitionMethod::bisection);
   EXPECT_EQ(chosen.map, make_partition(grid, by(PartitionMethod::bisection), load, 8).map);
+}
+
+TEST(FreePartition, AutomaticMakesNoTableOfAWideEmptyBox) {
+  const GridGeometry grid = grid_of_cells({4000, 4000, 64}), narrow = grid_of_cells({400, 4000, 64});
+  ASSERT_GT(grid.n_tiles(), most_tiles_in_table);
+  ASSERT_LT(narrow.n_tiles(), most_tiles_in_table);
+  TileLoad load;  // a row of tiles a tile apart, so that many parts are better off with a nearest owner
+  for (int n = 0; n < 400; ++n) {
+    load.tile.push_back(n * 2);
+    load.weight.push_back(1000);
+    load.count.push_back(1);
+    load.cells.push_back(1);
+  }
+  EXPECT_EQ(make_partition(grid, by(PartitionMethod::automatic), load, 8).map,
+            make_partition(grid, by(PartitionMethod::bisection), load, 8).map);
+  EXPECT_EQ(make_partition(grid, by(PartitionMethod::automatic), load, 8).map.memory(),
+            make_partition(narrow, by(PartitionMethod::bisection), load, 8).map.memory());
 }
 
 TEST(FreePartition, NoLoadAtAllAndOneTile) {
