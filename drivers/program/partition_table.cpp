@@ -82,6 +82,7 @@ double moved_part(const PartitionTask& task, const Partition& from, const Partit
 std::vector<PartitionRow> rows_of(const PartitionTask& task, PartitionMethod method, int n_ranks) {
   PartitionSettings settings;
   settings.method = method;
+  settings.ranks_per_node = task.ranks_per_node;
   PartitionRow row;
   row.n_ranks = n_ranks;
   row.method = name_of(method);

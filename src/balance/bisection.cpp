@@ -62,9 +62,8 @@ struct Share {
   }
 };
 
-Share share_of(GlobalIndex total, GlobalIndex n_tiles, int n_ranks) {
+Share share_of(GlobalIndex total, GlobalIndex n_tiles, int n_ranks, int below) {
   __extension__ using Wide = __int128;
-  const int below = CutTree::n_below(n_ranks);
   const GlobalIndex rest = n_tiles - (n_ranks - below);  // leaves a tile for each rank above
   return {static_cast<GlobalIndex>(Wide{total} * below / n_ranks),
           std::max<GlobalIndex>(0, std::min<GlobalIndex>(below, rest)),
@@ -168,7 +167,7 @@ struct Bisection::Region {
 
 Cut Bisection::cut(std::span<const TileRecord> records, int first, int n_ranks, int depth, RegionSums& sums) const {
   std::optional<Cut> old;
-  if (kept_.present) old = kept_.present->cuts()[CutTree::cut_of(first, n_ranks)];
+  if (kept_.present) old = kept_.present->cuts()[halves_.cut_of(first, n_ranks)];
   const Region region = survey(records, old, sums);
   if (old && serves(region, n_ranks, depth)) return *old;
   if (region.n_tiles == 0) return {};
@@ -202,10 +201,12 @@ Bisection::Region Bisection::survey(std::span<const TileRecord> records, const s
 }
 
 bool Bisection::serves(const Region& region, int n_ranks, int depth) const {
-  const Share share = share_of(region.load, region.n_tiles, n_ranks);
+  const int below = halves_.n_below(n_ranks);
+  const Share share = share_of(region.load, region.n_tiles, n_ranks, below);
   if (kept_.tolerance < 0.0 || region.old_tiles < share.least || region.old_tiles > share.most) return false;
-  const int below = CutTree::n_below(n_ranks), largest_depth = std::bit_width(static_cast<unsigned>(n_ranks_ - 1));
-  const double bound = static_cast<double>(total_) / n_ranks_ * (1.0 + kept_.tolerance * (depth + 1) / largest_depth);
+  const int largest_depth = std::bit_width(static_cast<unsigned>(n_ranks_ - 1));
+  const double bound =
+      static_cast<double>(total_) / n_ranks_ * (1.0 + kept_.tolerance * std::min(depth + 1, largest_depth) / largest_depth);
   return static_cast<double>(region.old_load) <= bound * below &&
          static_cast<double>(region.load - region.old_load) <= bound * (n_ranks - below);
 }
@@ -215,7 +216,8 @@ Cut Bisection::best_cut(std::span<const TileRecord> records, const Region& regio
   Axes axes;
   for (int axis = 0; axis < (cutting_ == Cutting::curve ? 1 : 3); ++axis) axes.emplace_back(axis, region.low, region.high);
   const std::vector<Cut> cuts =
-      centred(records, axes, search(records, axes, share_of(region.load, region.n_tiles, n_ranks), sums), sums);
+      centred(records, axes,
+              search(records, axes, share_of(region.load, region.n_tiles, n_ranks, halves_.n_below(n_ranks)), sums), sums);
   if (cutting_ == Cutting::curve) return cuts[0];
   std::array<GlobalIndex, 3> faces{0, 0, 0};  // of loaded tiles below to tiles above
   for (const TileRecord& record : records)
@@ -249,44 +251,45 @@ std::vector<TileRecord> records_of(const GridGeometry& grid, Cutting cutting, co
   return records;
 }
 
-CutTree even_cuts(const GridGeometry& grid, int n_ranks) {
+CutTree even_cuts(const GridGeometry& grid, int n_ranks, RankHalves halves) {
   std::vector<Cut> cuts(static_cast<std::size_t>(n_ranks - 1));
   const auto divide = [&](const auto& again, Int3 low, Int3 high, int first, int n) -> void {
     if (n == 1) return;
     std::size_t axis = 0;
     for (std::size_t a = 1; a < 3; ++a)
       if (high[a] - low[a] > high[axis] - low[axis]) axis = a;
-    const int below = CutTree::n_below(n);
+    const int below = halves.n_below(n);
     Int3 middle{0, 0, 0}, low_end = high, high_begin = low;
     middle[axis] = low[axis] + static_cast<int>(GlobalIndex{high[axis] - low[axis]} * below / n);
     low_end[axis] = high_begin[axis] = middle[axis];
-    cuts[CutTree::cut_of(first, n)] = {static_cast<int>(axis), middle};
+    cuts[halves.cut_of(first, n)] = {static_cast<int>(axis), middle};
     again(again, low, low_end, first, below);
     again(again, high_begin, high, first + below, n - below);
   };
   divide(divide, {0, 0, 0}, {grid.n_tiles(0), grid.n_tiles(1), grid.n_tiles(2)}, 0, n_ranks);
-  return {grid, std::move(cuts)};
+  return {grid, std::move(cuts), Cutting::planes, halves};
 }
 
-CutTree bisected(const GridGeometry& grid, Cutting cutting, const TileLoad& load, int n_ranks, const KeptCuts& kept) {
-  if (load.size() == 0) return kept.present ? *kept.present : even_cuts(grid, n_ranks);
-  const Bisection bisection(grid, cutting, n_ranks, load.total(), kept);
+CutTree bisected(const GridGeometry& grid, Cutting cutting, const TileLoad& load, int n_ranks, const KeptCuts& kept,
+                 RankHalves halves) {
+  if (load.size() == 0) return kept.present ? *kept.present : even_cuts(grid, n_ranks, halves);
+  const Bisection bisection(grid, cutting, halves, n_ranks, load.total(), kept);
   std::vector<TileRecord> records = records_of(grid, cutting, load);
   std::vector<Cut> cuts(static_cast<std::size_t>(n_ranks - 1));
   WholeRegion all;
   const auto divide = [&](const auto& again, std::span<TileRecord> region, int first, int n, int depth) -> void {
     if (n == 1) return;
     const Cut cut = bisection.cut(region, first, n, depth, all);
-    cuts[CutTree::cut_of(first, n)] = cut;
+    cuts[halves.cut_of(first, n)] = cut;
     const auto middle =
         std::partition(region.begin(), region.end(), [&](const TileRecord& record) { return cut.below(record.at); });
     const auto n_below = static_cast<std::size_t>(middle - region.begin());
-    const int below = CutTree::n_below(n);
+    const int below = halves.n_below(n);
     again(again, region.first(n_below), first, below, depth + 1);
     again(again, region.subspan(n_below), first + below, n - below, depth + 1);
   };
   divide(divide, records, 0, n_ranks, 0);
-  return {grid, std::move(cuts), cutting};
+  return {grid, std::move(cuts), cutting, halves};
 }
 
 }  // namespace bulkley

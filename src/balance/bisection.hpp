@@ -27,7 +27,7 @@ struct KeptCuts {
   /// ones, and rarely need to move. Below zero: none stays. A cut that moves keeps its axis while another has not 20 % fewer faces:
   /// across another axis it would take everything below it along.
   static constexpr double usual_tolerance = 0.05, tight_tolerance = 0.02, no_tolerance = -1.0;
-  const CutTree* present = nullptr;  ///< of as many ranks, and of the same Cutting
+  const CutTree* present = nullptr;  ///< of as many ranks, of the same Cutting and RankHalves
   double tolerance = usual_tolerance;
 };
 
@@ -35,9 +35,11 @@ struct KeptCuts {
 class Bisection {
  public:
   /// `total`: load of all ranks.
-  Bisection(const GridGeometry& grid, Cutting cutting, int n_ranks, GlobalIndex total, const KeptCuts& kept = {})
+  Bisection(const GridGeometry& grid, Cutting cutting, RankHalves halves, int n_ranks, GlobalIndex total,
+            const KeptCuts& kept = {})
       : n_tiles_{grid.n_tiles(0), grid.n_tiles(1), grid.n_tiles(2)},
         cutting_(cutting),
+        halves_(halves),
         n_ranks_(n_ranks),
         total_(total),
         kept_(kept) {}
@@ -59,6 +61,7 @@ class Bisection {
 
   Int3 n_tiles_;
   Cutting cutting_;
+  RankHalves halves_;
   int n_ranks_;
   GlobalIndex total_;
   KeptCuts kept_;
@@ -69,9 +72,10 @@ std::vector<TileRecord> records_of(const GridGeometry& grid, Cutting cutting, co
 
 /// Plane cuts through the middle, across the longest axis: for grids without any load, where a curve would leave ranks of a flat
 /// box without tiles. Not collective.
-CutTree even_cuts(const GridGeometry& grid, int n_ranks);
+CutTree even_cuts(const GridGeometry& grid, int n_ranks, RankHalves halves = {});
 
 /// The whole tree, from all tiles; even_cuts, or those that are there, where none is loaded. Not collective.
-CutTree bisected(const GridGeometry& grid, Cutting cutting, const TileLoad& load, int n_ranks, const KeptCuts& kept = {});
+CutTree bisected(const GridGeometry& grid, Cutting cutting, const TileLoad& load, int n_ranks, const KeptCuts& kept = {},
+                 RankHalves halves = {});
 
 }  // namespace bulkley

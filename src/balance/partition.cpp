@@ -109,18 +109,22 @@ std::optional<Boxes> boxes_for(const GridGeometry& grid, const TileLoad& load, i
 }
 
 // The map where no load decides; where there is a load and there are no boxes, one without tiles.
-TileMap map_without_load(const GridGeometry& grid, const std::optional<Boxes>& boxes, const TileLoad& load, int n_ranks) {
+TileMap map_without_load(const GridGeometry& grid, const std::optional<Boxes>& boxes, const TileLoad& load, int n_ranks,
+                         RankHalves halves) {
   if (boxes) return map_of_boxes(grid, *boxes);
   if (load.size() > 0) return {n_ranks, {}};
-  return TileMap(even_cuts(grid, n_ranks));
+  return TileMap(even_cuts(grid, n_ranks, halves));
 }
 
+RankHalves halves_of(const PartitionSettings& settings) { return {std::max(1, settings.ranks_per_node)}; }
+
 Partition cut_partition(const GridGeometry& grid, PartitionMethod method, const TileLoad& load, int n_ranks,
-                        const Partition* present) {
+                        const Partition* present, RankHalves halves) {
   const Cutting cutting = method == PartitionMethod::hilbert ? Cutting::curve : Cutting::planes;
   const CutTree* const tree = present ? present->map.tree() : nullptr;
-  if (tree && tree->cutting() == cutting) return *recut(grid, load, *present, KeptCuts::usual_tolerance);
-  return {TileMap(bisected(grid, cutting, load, n_ranks)), {}};
+  if (tree && tree->cutting() == cutting && tree->halves() == halves)
+    return *recut(grid, load, *present, KeptCuts::usual_tolerance);
+  return {TileMap(bisected(grid, cutting, load, n_ranks, {}, halves)), {}};
 }
 
 }  // namespace
@@ -144,12 +148,14 @@ Partition make_partition(const GridGeometry& grid, const PartitionSettings& sett
     WholeRegion all;
     return partition_of_boxes(grid, note.method == PartitionMethod::uniform, load, n_ranks, all);
   }
-  const bool too_many = load.size() > most_tiles_on_root || grid.n_tiles() > most_tiles_in_table;
+  const RankHalves halves = halves_of(settings);
+  const bool too_many =
+      load.size() > most_tiles_on_root || n_ranks > most_ranks_of_root || grid.n_tiles() > most_tiles_in_table;
   if (settings.method == PartitionMethod::automatic && too_many) note.method = PartitionMethod::bisection;
   if (note.method == PartitionMethod::bisection || note.method == PartitionMethod::hilbert)
-    return cut_partition(grid, note.method, load, n_ranks, present);
+    return cut_partition(grid, note.method, load, n_ranks, present, halves);
   const std::optional<Boxes> boxes = boxes_for(grid, load, n_ranks, present);
-  const TileMap idle = map_without_load(grid, boxes, load, n_ranks);
+  const TileMap idle = map_without_load(grid, boxes, load, n_ranks, halves);
   const auto spread_out = [&](std::vector<std::int32_t> part) {
     if (present) part = relabelled(load, part, present->map);
     return Partition{spread(grid, load, n_ranks, part, idle), boxes};
@@ -159,7 +165,7 @@ Partition make_partition(const GridGeometry& grid, const PartitionSettings& sett
     if (method == PartitionMethod::metis)
       if (auto part = metis_parts(grid, load, n_ranks, note)) return spread_out(std::move(*part));
     const Cutting cutting = note.method == PartitionMethod::hilbert ? Cutting::curve : Cutting::planes;
-    return Partition{TileMap(bisected(grid, cutting, load, n_ranks)), boxes};
+    return Partition{TileMap(bisected(grid, cutting, load, n_ranks, {}, halves)), boxes};
   };
   if (settings.method != PartitionMethod::automatic) return by(settings.method);
 
@@ -211,7 +217,8 @@ std::array<Partition, 2> rebalanced(const GridGeometry& grid, const TileLoad& lo
 std::optional<Partition> recut(const GridGeometry& grid, const TileLoad& load, const Partition& present, double tolerance) {
   const CutTree* const tree = present.map.tree();
   if (!tree) return std::nullopt;
-  return Partition{TileMap(bisected(grid, tree->cutting(), load, tree->n_ranks(), {tree, tolerance})), present.boxes};
+  return Partition{TileMap(bisected(grid, tree->cutting(), load, tree->n_ranks(), {tree, tolerance}, tree->halves())),
+                   present.boxes};
 }
 
 std::string boxes_text(const std::optional<Boxes>& boxes) {

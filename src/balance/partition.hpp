@@ -46,7 +46,10 @@ inline constexpr double target_imbalance = 1.02;
 /// at the balance on the root takes two seconds.
 inline constexpr std::size_t most_tiles_on_root = 400'000;
 
-/// It also does where the box has more tiles than this, empty ones included: what it makes on the root may be a table of their owners, 16 MiB on
+/// It also does where there are more ranks than this, all of whom the root would hear and whose messages it would predict.
+inline constexpr int most_ranks_of_root = 4096;
+
+/// And where the box has more tiles than this, empty ones included: what it makes on the root may be a table of their owners, 16 MiB on
 /// every rank.
 inline constexpr TileIndex most_tiles_in_table = TileIndex{1} << 22;
 
@@ -71,7 +74,7 @@ struct PartitionNotes {
 /// `bisection`, where cuts of `present` stay while they serve (recut), and no boxes are cut;
 /// parts of their graph with few shared nodes for `metis` (Karypis & Kumar 1998, recursive bisection; then moved towards
 /// equal loads); for `automatic` the one of these for which `cost` predicts the fastest step, where boxes are rebalanced and
-/// may be 2 % slower, up to most_tiles_on_root and most_tiles_in_table. Parts of METIS are numbered for the largest overlap with `present`; without
+/// may be 2 % slower, up to most_tiles_on_root, most_ranks_of_root and most_tiles_in_table. Parts of METIS are numbered for the largest overlap with `present`; without
 /// it as they come, near ones by near numbers, so that few bytes leave a node of ranks that follow each other. An empty tile
 /// goes to the owner of a nearest loaded one, but under `hilbert` and `bisection` to the run or region that it lies in, unless `automatic` finds a
 /// nearest owner faster. Where fewer tiles are loaded than there are ranks, the surplus ranks have none.

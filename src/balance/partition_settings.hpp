@@ -16,6 +16,7 @@ struct PartitionSettings {
   PartitionMethod method = PartitionMethod::automatic;
   int decision_interval = 100;  ///< `automatic`, `bisection`: steps between imbalance checks, at least; 0: no checks
   int remake_interval = 0;      ///< steps between two new maps, whether they pay or not; 0: none
+  int ranks_per_node = 0;       ///< consecutive ranks that share a node; 0: as MPI says (make_partitioner), else not known
 };
 
 }  // namespace bulkley

@@ -49,7 +49,25 @@ class Cut {
   std::uint64_t bits_ = 0;
 };
 
-/// Divides all tiles of a grid, empty ones included, among ranks: a region of n ranks is cut, the first n / 2 of them share
+/// How a region of consecutive ranks is halved: between nodes of the machine as long as it has more than one, so that few bytes leave them,
+/// and then in the middle. Regions of several nodes begin with a node.
+struct RankHalves {
+  int ranks_per_node = 1;  ///< >= 1; ranks 0 .. ranks_per_node - 1 share the first node, and so on; the last may have fewer
+
+  /// Ranks of the lower half of a region of `n_ranks`, at least two.
+  constexpr int n_below(int n_ranks) const {
+    if (n_ranks <= ranks_per_node) return n_ranks / 2;
+    return (n_ranks + ranks_per_node - 1) / ranks_per_node / 2 * ranks_per_node;
+  }
+  /// Number of the cut of the region of the ranks first .. first + n_ranks - 1, of at least two.
+  constexpr std::size_t cut_of(int first, int n_ranks) const {
+    return static_cast<std::size_t>(first + n_below(n_ranks) - 1);
+  }
+
+  bool operator==(const RankHalves&) const = default;
+};
+
+/// Divides all tiles of a grid, empty ones included, among ranks: a region of n ranks is cut, the lower half of them (RankHalves) shares
 /// what lies below and the others the rest, until each has a region of its own. 8 bytes a rank. A tree that cuts the curve gives
 /// each rank a run of it. Not collective.
 class CutTree {
@@ -58,21 +76,16 @@ class CutTree {
   /// One rank.
   explicit CutTree(const GridGeometry& grid) : CutTree(grid, {}) {}
   /// `cuts`: number r parts the regions of ranks r and r + 1.
-  CutTree(const GridGeometry& grid, std::vector<Cut> cuts, Cutting cutting = Cutting::planes)
-      : CutTree({grid.n_tiles(0), grid.n_tiles(1), grid.n_tiles(2)}, std::move(cuts), cutting) {}
-  CutTree(const Int3& n_tiles, std::vector<Cut> cuts, Cutting cutting = Cutting::planes)
-      : n_tiles_(n_tiles), cutting_(cutting), curve_(n_tiles), cuts_(std::move(cuts)) {}
+  CutTree(const GridGeometry& grid, std::vector<Cut> cuts, Cutting cutting = Cutting::planes, RankHalves halves = {})
+      : CutTree({grid.n_tiles(0), grid.n_tiles(1), grid.n_tiles(2)}, std::move(cuts), cutting, halves) {}
+  CutTree(const Int3& n_tiles, std::vector<Cut> cuts, Cutting cutting = Cutting::planes, RankHalves halves = {})
+      : n_tiles_(n_tiles), cutting_(cutting), halves_(halves), curve_(n_tiles), cuts_(std::move(cuts)) {}
 
   int n_ranks() const { return static_cast<int>(cuts_.size()) + 1; }
   const Int3& n_tiles() const { return n_tiles_; }
   const std::vector<Cut>& cuts() const { return cuts_; }
   Cutting cutting() const { return cutting_; }
-  /// Ranks of the lower side of a region of `n_ranks`.
-  static constexpr int n_below(int n_ranks) { return n_ranks / 2; }
-  /// The cut of the region of the ranks first .. first + n_ranks - 1, of at least two.
-  static constexpr std::size_t cut_of(int first, int n_ranks) {
-    return static_cast<std::size_t>(first + n_below(n_ranks) - 1);
-  }
+  const RankHalves& halves() const { return halves_; }
 
   std::int32_t owner(TileIndex tile) const {
     return owner(Int3{tile / (n_tiles_[1] * n_tiles_[2]), tile / n_tiles_[2] % n_tiles_[1], tile % n_tiles_[2]});
@@ -85,8 +98,8 @@ class CutTree {
     const std::uint64_t key[3] = {Cut::key(0, at), Cut::key(1, at), Cut::key(2, at)};
     int first = 0;
     for (int n = n_ranks(); n > 1;) {
-      const Cut cut = cuts_[cut_of(first, n)];
-      const int below = n_below(n);
+      const int below = halves_.n_below(n);
+      const Cut cut = cuts_[static_cast<std::size_t>(first + below - 1)];
       if (key[cut.axis()] < cut.threshold()) {
         n = below;
       } else {
@@ -102,6 +115,7 @@ class CutTree {
  private:
   Int3 n_tiles_{0, 0, 0};
   Cutting cutting_ = Cutting::planes;
+  RankHalves halves_;
   HilbertCurve curve_;
   std::vector<Cut> cuts_;
 };

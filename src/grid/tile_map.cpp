@@ -56,6 +56,7 @@ std::uint64_t TileMap::fingerprint() const {
     const auto& cuts = std::get<CutTree>(stored_);
     for (const int n : cuts.n_tiles()) add(static_cast<std::uint32_t>(n));
     add(static_cast<std::uint64_t>(cuts.cutting()));
+    add(static_cast<std::uint64_t>(cuts.halves().ranks_per_node));
     for (const Cut cut : cuts.cuts()) {
       add(cut.bits() >> 32);
       add(cut.bits() & 0xffffffffu);
@@ -82,11 +83,12 @@ std::vector<std::int32_t> TileMap::pack() && {
     return packed;
   }
   const auto tree = std::exchange(std::get<CutTree>(stored_), {});
-  packed.reserve(2 * tree.cuts().size() + 5);
+  packed.reserve(2 * tree.cuts().size() + 6);
   for (const Cut cut : tree.cuts()) {
     packed.push_back(static_cast<std::int32_t>(cut.bits() >> 32));
     packed.push_back(static_cast<std::int32_t>(cut.bits() & 0xffffffffu));
   }
+  packed.push_back(tree.halves().ranks_per_node);
   packed.push_back(static_cast<std::int32_t>(tree.cutting()));
   packed.insert(packed.end(), tree.n_tiles().begin(), tree.n_tiles().end());
   packed.push_back(of_tree);
@@ -106,12 +108,13 @@ TileMap TileMap::unpack(int n_ranks, std::vector<std::int32_t> packed) {
     return TileMap(std::move(boxes));
   }
   const auto cutting = static_cast<Cutting>(packed.end()[-4]);
+  const RankHalves halves{packed.end()[-5]};
   std::vector<Cut> cuts;
-  for (std::size_t n = 0; n + 4 < packed.size(); n += 2)
+  for (std::size_t n = 0; n + 5 < packed.size(); n += 2)
     cuts.push_back(Cut::of_bits(std::uint64_t{static_cast<std::uint32_t>(packed[n])} << 32 |
                                 static_cast<std::uint32_t>(packed[n + 1])));
   BULKLEY_ASSERT(static_cast<int>(cuts.size()) + 1 == n_ranks);
-  return TileMap(CutTree(n_tiles, std::move(cuts), cutting));
+  return TileMap(CutTree(n_tiles, std::move(cuts), cutting, halves));
 }
 
 std::size_t TileMap::memory() const {

@@ -10,6 +10,7 @@
 #include <pthread.h>
 #include <unistd.h>
 
+#include "parallel/node_layout.hpp"
 #include "parallel/signals.hpp"
 
 namespace bulkley {
@@ -31,7 +32,8 @@ constexpr std::chrono::seconds time_to_be_ended{5};
 constexpr double told_root = 0.25, told_first_of_host = 0.5;  // s
 
 double delay_of(const Comm& comm) {
-  return comm.is_root() ? 0.0 : start_of_root + start_of_next * std::min(comm.rank(), most_starts);
+  const int place = speaking_order(comm.rank(), comm.size(), node_layout(comm).ranks_per_node);
+  return place == 0 ? 0.0 : start_of_root + start_of_next * std::min(place, most_starts);
 }
 
 double delay_if_told_of(const Comm& comm) {
@@ -69,6 +71,13 @@ void do_last_act(const Watchdog::Task& task, const std::string& sentence) {
 [[noreturn]] void exit_now() { std::_Exit(static_cast<int>(ExitCode::failed)); }
 
 }  // namespace
+
+int speaking_order(int rank, int n_ranks, int ranks_per_node) {
+  if (n_ranks <= ranks_per_node || ranks_per_node == 1) return rank;
+  const int node = rank / ranks_per_node, local = rank % ranks_per_node;
+  if (node == 0) return local == 0 ? 0 : 2 * local - 1;
+  return local == 0 ? 2 * node : most_starts;
+}
 
 Watchdog::Watchdog(const Comm& comm)
     : delay_(delay_of(comm)),

@@ -14,6 +14,11 @@
 
 namespace bulkley {
 
+/// The place of a rank among those that speak when something hangs, two seconds apart, until the first ends all: the root, then in turn
+/// a rank of its node and the first one of another node; of 60 on, and for the other ranks of other nodes, it is 60. On one node, or where
+/// nodes are not known, the rank. Not collective.
+int speaking_order(int rank, int n_ranks, int ranks_per_node);
+
 /// A thread of every rank that ends the program (exit code 3) when something that is watched takes too long, and when the
 /// launcher of the ranks is gone. Where the launcher finds first that a host is gone, it tells the ranks to end (SIGTERM) and
 /// kills them soon after: the root and the first rank of each host then say what they are in and do the last act, but go on.
@@ -31,7 +36,7 @@ class Watchdog {
     std::function<void(const std::string& sentence)> last_act = {};
   };
 
-  /// Not collective.
+  /// Collective.
   explicit Watchdog(const Comm& comm);
   ~Watchdog();
   Watchdog(const Watchdog&) = delete;

@@ -12,7 +12,9 @@ namespace bulkley {
 class AutomaticPartitioner final : public Partitioner {
  public:
   explicit AutomaticPartitioner(const PartitionSettings& settings, std::size_t most_tiles = most_tiles_on_root)
-      : most_tiles_(static_cast<GlobalIndex>(most_tiles)), on_root_(settings), together_(Cutting::planes) {}
+      : most_tiles_(static_cast<GlobalIndex>(most_tiles)),
+        on_root_(settings),
+        together_(Cutting::planes, {std::max(1, settings.ranks_per_node)}) {}
 
  private:
   PartitionProposal find(const Comm& comm, const PartitionRequest& request) override;

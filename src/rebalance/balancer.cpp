@@ -17,7 +17,7 @@ constexpr double check_share = 0.01;     // of the time that checks may take whi
 }  // namespace
 
 Balancer::Balancer(const Comm& comm, const PartitionSettings& settings, CostModel cost, GlobalIndex step)
-    : Balancer(comm, settings, std::move(cost), step, make_partitioner(settings)) {}
+    : Balancer(comm, settings, std::move(cost), step, make_partitioner(comm, settings)) {}
 
 Balancer::Balancer(const Comm& comm, const PartitionSettings& settings, CostModel cost, GlobalIndex step,
                    std::unique_ptr<Partitioner> partitioner)

@@ -21,18 +21,18 @@ struct Candidate {
 }  // namespace
 
 CutTree bisected_together(const Comm& comm, const GridGeometry& grid, Cutting cutting, std::vector<TileRecord>& records,
-                          const KeptCuts& kept, SentMessages& sent) {
-  RankRange range(comm, 0, comm.size(), sent);
+                          const KeptCuts& kept, SentMessages& sent, RankHalves halves) {
+  RankRange range(comm, 0, comm.size(), sent, halves);
   GlobalIndex total = 0;
   for (const TileRecord& record : records) total += record.weight;
   range.combine({&total, 1}, 1);
-  if (total == 0) return kept.present ? *kept.present : even_cuts(grid, comm.size());
+  if (total == 0) return kept.present ? *kept.present : even_cuts(grid, comm.size(), halves);
 
-  const Bisection bisection(grid, cutting, comm.size(), total, kept);
+  const Bisection bisection(grid, cutting, halves, comm.size(), total, kept);
   std::uint64_t mine = 0;  // the cut between this rank and the next
   for (int depth = 0; range.size() > 1; ++depth) {
     const Cut cut = bisection.cut(records, range.first(), range.size(), depth, range);
-    if (CutTree::cut_of(range.first(), range.size()) == static_cast<std::size_t>(comm.rank())) mine = cut.bits();
+    if (halves.cut_of(range.first(), range.size()) == static_cast<std::size_t>(comm.rank())) mine = cut.bits();
     range.divide(records, [&](const TileRecord& record) { return cut.below(record.at); });
     range = range.half();
   }
@@ -41,14 +41,14 @@ CutTree bisected_together(const Comm& comm, const GridGeometry& grid, Cutting cu
   std::vector<Cut> cuts;
   cuts.reserve(all.size());
   for (std::size_t n = 0; n + 1 < all.size(); ++n) cuts.push_back(Cut::of_bits(all[n]));
-  return {grid, std::move(cuts), cutting};
+  return {grid, std::move(cuts), cutting, halves};
 }
 
 PartitionProposal BisectionPartitioner::find(const Comm& comm, const PartitionRequest& request) {
   const GridGeometry& grid = request.grid;
   const TileMap* const present = request.present ? &request.present->map : nullptr;
   const CutTree* const tree = present ? present->tree() : nullptr;
-  const CutTree* const old = tree && tree->cutting() == cutting_ ? tree : nullptr;
+  const CutTree* const old = tree && tree->cutting() == cutting_ && tree->halves() == halves_ ? tree : nullptr;
   SentMessages sent;
   const TileLoad load =
       tile_load(merged_census(comm, request.census, owners_or_hash(present, comm.size()), sent), request.cost);
@@ -57,7 +57,7 @@ PartitionProposal BisectionPartitioner::find(const Comm& comm, const PartitionRe
   const GlobalIndex n_here = std::accumulate(load.count.begin(), load.count.end(), GlobalIndex{0});
   const auto tried = [&](const KeptCuts& kept) {
     std::vector<TileRecord> moved = records;
-    Candidate candidate{bisected_together(comm, grid, cutting_, moved, kept, sent)};
+    Candidate candidate{bisected_together(comm, grid, cutting_, moved, kept, sent, halves_)};
     GlobalIndex here = 0, n_stay = 0, n_arrive = 0;
     for (const TileRecord& record : moved) {
       here += record.weight;

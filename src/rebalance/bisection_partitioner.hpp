@@ -13,18 +13,19 @@ namespace bulkley {
 /// cut (bisection.cpp), and one with tiles: O(log^2 P) in all. Then all ranks get all cuts, 8 bytes a rank. Precondition:
 /// each tile is with one rank, whichever. Collective.
 CutTree bisected_together(const Comm& comm, const GridGeometry& grid, Cutting cutting, std::vector<TileRecord>& records,
-                          const KeptCuts& kept, SentMessages& sent);
+                          const KeptCuts& kept, SentMessages& sent, RankHalves halves = {});
 
 /// Makes trees of cuts, and follows loads by moving as few cuts as pay. A change is judged by the loads of ranks alone: what
 /// it does to their messages is not predicted, and hardly changes where few cuts move.
 class BisectionPartitioner final : public Partitioner {
  public:
-  explicit BisectionPartitioner(Cutting cutting) : cutting_(cutting) {}
+  explicit BisectionPartitioner(Cutting cutting, RankHalves halves = {}) : cutting_(cutting), halves_(halves) {}
 
   PartitionProposal find(const Comm& comm, const PartitionRequest& request) override;
 
  private:
   Cutting cutting_;
+  RankHalves halves_;
 };
 
 }  // namespace bulkley

@@ -56,7 +56,7 @@ TileCensus merged_census(const Comm& comm, const TileCensus& local, const TileHo
   RankRange range(comm, 0, comm.size(), sent);
   range.combine({&all_at_home, 1}, 0);
   for (; all_at_home == 0 && range.size() > 1; range = range.half()) {
-    const int end = range.first() + CutTree::n_below(range.size());
+    const int end = range.middle();
     range.divide(items, [&](const CensusItem& item) { return home_of(item.tile) < end; });
   }
   return census_of(std::move(items), local.n_materials);

@@ -1,7 +1,9 @@
 #include "rebalance/partitioner.hpp"
 
+#include <algorithm>
 #include <array>
 
+#include "parallel/node_layout.hpp"
 #include "rebalance/automatic_partitioner.hpp"
 #include "rebalance/box_partitioner.hpp"
 
@@ -27,16 +29,18 @@ PartitionProposal Partitioner::propose(const Comm& comm, const PartitionRequest&
   return proposal;
 }
 
-std::unique_ptr<Partitioner> make_partitioner(const PartitionSettings& settings) {
+std::unique_ptr<Partitioner> make_partitioner(const Comm& comm, PartitionSettings settings) {
+  if (settings.ranks_per_node == 0) settings.ranks_per_node = node_layout(comm).ranks_per_node;
+  const RankHalves halves{std::max(1, settings.ranks_per_node)};
   switch (settings.method) {
     case PartitionMethod::uniform:
       return std::make_unique<BoxPartitioner>(true);
     case PartitionMethod::ranges:
       return std::make_unique<BoxPartitioner>(false);
     case PartitionMethod::hilbert:
-      return std::make_unique<BisectionPartitioner>(Cutting::curve);
+      return std::make_unique<BisectionPartitioner>(Cutting::curve, halves);
     case PartitionMethod::bisection:
-      return std::make_unique<BisectionPartitioner>(Cutting::planes);
+      return std::make_unique<BisectionPartitioner>(Cutting::planes, halves);
     case PartitionMethod::metis:
       return std::make_unique<RootPartitioner>(settings);
     case PartitionMethod::automatic:

@@ -46,7 +46,8 @@ class Partitioner {
   virtual PartitionProposal find(const Comm& comm, const PartitionRequest& request) = 0;
 };
 
-/// The partitioner that a scene asks for. Not collective.
-std::unique_ptr<Partitioner> make_partitioner(const PartitionSettings& settings);
+/// The partitioner that a scene asks for, among the ranks of `comm`; where `settings` do not say how many ranks share a node, MPI
+/// does (node_layout). Collective.
+std::unique_ptr<Partitioner> make_partitioner(const Comm& comm, PartitionSettings settings);
 
 }  // namespace bulkley

@@ -5,13 +5,12 @@
 
 namespace bulkley {
 
-RankRange::RankRange(const Comm& comm, int first, int size, SentMessages& sent)
-    : comm_(&comm), first_(first), size_(size), sent_(&sent) {}
+RankRange::RankRange(const Comm& comm, int first, int size, SentMessages& sent, RankHalves halves)
+    : comm_(&comm), first_(first), size_(size), halves_(halves), sent_(&sent) {}
 
 RankRange RankRange::half() const {
-  const int below = CutTree::n_below(size_);
-  return in_lower_half() ? RankRange(*comm_, first_, below, *sent_)
-                         : RankRange(*comm_, first_ + below, size_ - below, *sent_);
+  return in_lower_half() ? RankRange(*comm_, first_, middle() - first_, *sent_, halves_)
+                         : RankRange(*comm_, middle(), first_ + size_ - middle(), *sent_, halves_);
 }
 
 void RankRange::combine(std::span<GlobalIndex> values, std::size_t n_added) {
@@ -53,11 +52,10 @@ void RankRange::combine(std::span<GlobalIndex> values, std::size_t n_added) {
   if (here < rest) send(here + whole);
 }
 
-// Ranks of the halves are partners in order. The last rank of an upper half that has one more sends to the last of the lower
-// half, and gets nothing.
+// Ranks of the halves are partners in order, and the larger half's go round the smaller one's.
 void RankRange::send_to_other_half(const void* data, std::size_t bytes, MPI_Request& request) {
-  const int below = CutTree::n_below(size_), here = comm_->rank() - first_;
-  const int to = here < below ? here + below : std::min(here - below, below - 1);
+  const int below = middle() - first_, above = size_ - below, here = comm_->rank() - first_;
+  const int to = here < below ? below + here % above : (here - below) % below;
   if (bytes > static_cast<std::size_t>(std::numeric_limits<int>::max()))
     throw RunError("a rank holds more tiles than one message can carry; use more ranks");
   ++sent_->messages;
@@ -66,10 +64,11 @@ void RankRange::send_to_other_half(const void* data, std::size_t bytes, MPI_Requ
 }
 
 std::vector<int> RankRange::sources() const {
-  const int below = CutTree::n_below(size_), here = comm_->rank() - first_;
-  if (here >= below) return here - below < below ? std::vector{first_ + here - below} : std::vector<int>{};
-  std::vector<int> result{first_ + here + below};
-  if (here == below - 1 && size_ > 2 * below) result.push_back(first_ + size_ - 1);
+  const int below = middle() - first_, above = size_ - below, here = comm_->rank() - first_;
+  const bool low = here < below;
+  const int mine = low ? below : above, others = low ? above : below, first_other = low ? middle() : first_;
+  std::vector<int> result;
+  for (int other = low ? here : here - below; other < others; other += mine) result.push_back(first_other + other);
   return result;
 }
 

@@ -21,13 +21,15 @@ struct SentMessages {
 class RankRange final : public RegionSums {
  public:
   /// `comm` and `sent`, which counts, must outlive this. This rank is one of them. Not collective.
-  RankRange(const Comm& comm, int first, int size, SentMessages& sent);
+  RankRange(const Comm& comm, int first, int size, SentMessages& sent, RankHalves halves = {});
 
   int first() const { return first_; }
   int size() const { return size_; }
-  /// The half of them that this rank is in, as CutTree divides ranks. Precondition: size() > 1.
+  /// The half of them that this rank is in. Precondition: size() > 1.
   RankRange half() const;
-  bool in_lower_half() const { return comm_->rank() < first_ + CutTree::n_below(size_); }
+  /// First rank of the upper half. Precondition: size() > 1.
+  int middle() const { return first_ + halves_.n_below(size_); }
+  bool in_lower_half() const { return comm_->rank() < middle(); }
 
   /// By recursive doubling: log2(size) messages, one more where the size is no power of two. Collective among the ranks.
   void combine(std::span<GlobalIndex> values, std::size_t n_added) override;
@@ -47,6 +49,7 @@ class RankRange final : public RegionSums {
 
   const Comm* comm_;
   int first_, size_;
+  RankHalves halves_;
   SentMessages* sent_;
   std::vector<GlobalIndex> others_;
 };

@@ -22,7 +22,7 @@ inline const config::Keys<PartitionSettings>& keys(config::Of<PartitionSettings>
                         "cuts of equal load, which move only where loads ask for it; metis: tiles grouped with few shared "
                         "nodes, on the root; auto: the method with the fastest predicted step, changed "
                         "when that pays, and bisection where more than 400 000 tiles hold particles or the box has more "
-                        "than 2^22. The first two need a "
+                        "than 2^22, and for more than 4096 ranks. The first two need a "
                         "box of tiles for each rank, the others work on any number of ranks."})
           .key("decision_interval", &PartitionSettings::decision_interval,
                {.about =
@@ -35,6 +35,10 @@ inline const config::Keys<PartitionSettings>& keys(config::Of<PartitionSettings>
                     "Steps between repartitions by the method, without regard to their benefit; 0: none. Then every method "
                     "except auto and bisection keeps the initial map.",
                 .unit = "steps",
+                .range = config::at_least(0.0)})
+          .key("ranks_per_node", &PartitionSettings::ranks_per_node,
+               {.about = "Consecutive ranks that share a node of the machine: bisection cuts between nodes first, so that "
+                         "fewer bytes leave them. 0: as MPI says.",
                 .range = config::at_least(0.0)});
   return table;
 }

@@ -12,6 +12,7 @@
 #include "kernel/cells.hpp"
 #include "kernel/stress_update.hpp"
 #include "magnetostatics/petsc_potential.hpp"
+#include "parallel/node_layout.hpp"
 #include "rebalance/bisection_partitioner.hpp"
 #include "scene/scene_difference.hpp"
 
@@ -235,9 +236,11 @@ void check_grid_output(const Scene& scene) {
 
 Partition first_partition(const Comm& comm, const Scene& scene, const TileCensus& census, const CostModel& cost,
                           std::vector<std::string>* warnings) {
-  PartitionProposal proposal = make_partitioner(scene.partition)->propose(comm, {scene.grid, census, cost});
-  for (const std::string& warning : proposal.notes.warnings) fmt::print(stderr, "warning: {}\n", warning);
-  if (warnings != nullptr) warnings->insert(warnings->end(), proposal.notes.warnings.begin(), proposal.notes.warnings.end());
+  PartitionProposal proposal = make_partitioner(comm, scene.partition)->propose(comm, {scene.grid, census, cost});
+  std::vector<std::string>& said = proposal.notes.warnings;  // the root's
+  if (const std::string fault = placement_fault(comm); comm.is_root() && !fault.empty()) said.push_back(fault);
+  for (const std::string& warning : said) fmt::print(stderr, "warning: {}\n", warning);
+  if (warnings != nullptr) warnings->insert(warnings->end(), said.begin(), said.end());
   BULKLEY_ASSERT(proposal.partition);
   return std::move(*proposal.partition);
 }

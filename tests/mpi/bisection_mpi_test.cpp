@@ -42,7 +42,8 @@ void operator delete(void* pointer, std::size_t) noexcept { operator delete(poin
 namespace bulkley {
 namespace {
 
-/// Some ranks of the world by themselves: 1 to all of them, even, odd and prime numbers.
+/// Some ranks of the world by themselves: 1 to all of them, even, odd and prime numbers; in a world of more than eight, more than
+/// eight, for smaller ones have what is below.
 class RankNumbers : public testing::Test {
  protected:
   Comm world{PETSC_COMM_WORLD};
@@ -50,7 +51,7 @@ class RankNumbers : public testing::Test {
   template <class Work>
   void for_each_number(const Work& work) {
     for (const int n : {1, 2, 3, 4, 5, 7, 8, 13, 16, 31, 37, 64}) {
-      if (n > world.size()) continue;
+      if (n > world.size() || (n <= 8 && world.size() > 8)) continue;
       MPI_Comm part = MPI_COMM_NULL;
       BULKLEY_MPI(MPI_Comm_split(world.get(), world.rank() < n ? 0 : MPI_UNDEFINED, world.rank(), &part));
       if (part == MPI_COMM_NULL) continue;
@@ -64,13 +65,21 @@ class RankNumbers : public testing::Test {
   }
 };
 
+/// The tree is the same on every rank, and on the root the one that a process by itself makes.
+template <class Make>
+void expect_tree(const Comm& comm, const CutTree& tree, const Make& make) {
+  const auto hash = static_cast<GlobalIndex>(TileMap(tree).fingerprint() >> 1);
+  EXPECT_EQ(min_global(comm, hash), max_global(comm, hash));
+  if (comm.is_root()) EXPECT_EQ(tree, make());
+}
+
 struct NamedLoad {
   GridGeometry grid;
   TileLoad load;
 };
 std::vector<NamedLoad> all_loads() {
   std::vector<NamedLoad> result;
-  const GridGeometry grid = grid_of_cells({60, 76, 44}), wide = grid_of_cells({2000, 1200, 4});
+  const GridGeometry grid = grid_of_cells({60, 76, 44}), wide = grid_of_cells({1100, 700, 4});
   for (const std::vector<GlobalIndex>& counts : {random_load(grid, 3), ball_load(grid), scattered_load(grid)})
     result.push_back({grid, tile_load(counts)});
   result.push_back({wide, tile_load(ball_load(wide))});
@@ -103,7 +112,7 @@ TEST_F(RankNumbers, TheTreeIsThatOfOneProcess) {
           std::vector<TileRecord> records = share(comm, cutting, named, all_with_last);
           SentMessages sent;
           const CutTree tree = bisected_together(comm, named.grid, cutting, records, {}, sent);
-          EXPECT_EQ(tree, bisected(named.grid, cutting, named.load, comm.size()));
+          expect_tree(comm, tree, [&] { return bisected(named.grid, cutting, named.load, comm.size()); });
           // Each rank is left with its own tiles.
           const TileMap map{tree};
           std::set<Int3> found, expected;
@@ -119,11 +128,30 @@ TEST_F(RankNumbers, TheTreeIsThatOfOneProcess) {
   });
 }
 
+TEST_F(RankNumbers, NodesAreHalvedFirstLikeInOneProcess) {
+  for_each_number([&](const Comm& comm) {
+    for (const Cutting cutting : all_cuttings)
+      for (const RankHalves halves : {RankHalves{3}, RankHalves{4}, RankHalves{6}}) {
+        const NamedLoad named = all_loads()[1];
+        std::vector<TileRecord> records = share(comm, cutting, named, false);
+        SentMessages sent;
+        const CutTree tree = bisected_together(comm, named.grid, cutting, records, {}, sent, halves);
+        expect_tree(comm, tree, [&] { return bisected(named.grid, cutting, named.load, comm.size(), {}, halves); });
+        EXPECT_EQ(tree.halves(), halves);
+        const auto n_here = static_cast<GlobalIndex>(records.size());
+        for (const TileRecord& record : records) EXPECT_EQ(tree.owner_of_place(record.at), comm.rank());
+        EXPECT_EQ(sum_global(comm, n_here), static_cast<GlobalIndex>(named.load.size()));
+      }
+  });
+}
+
 TEST_F(RankNumbers, KeptCutsAreThoseOfOneProcess) {
   for_each_number([&](const Comm& comm) {
     for (const Cutting cutting : all_cuttings)
       for (const NamedLoad& before : all_loads()) {
-        const CutTree present = bisected(before.grid, cutting, before.load, comm.size());
+        SentMessages first;
+        std::vector<TileRecord> all = share(comm, cutting, before, false);
+        const CutTree present = bisected_together(comm, before.grid, cutting, all, {}, first);
         NamedLoad after = before;
         for (std::size_t t = 0; t < after.load.size(); ++t)
           after.load.weight[t] += after.load.weight[t] * after.grid.tile_coordinates(after.load.tile[t])[1] / 100;
@@ -131,8 +159,8 @@ TEST_F(RankNumbers, KeptCutsAreThoseOfOneProcess) {
           std::vector<TileRecord> records = share(comm, cutting, after, false);
           SentMessages sent;
           const KeptCuts kept{&present, tolerance};
-          EXPECT_EQ(bisected_together(comm, after.grid, cutting, records, kept, sent),
-                    bisected(after.grid, cutting, after.load, comm.size(), kept));
+          const CutTree tree = bisected_together(comm, after.grid, cutting, records, kept, sent);
+          expect_tree(comm, tree, [&] { return bisected(after.grid, cutting, after.load, comm.size(), kept); });
         }
       }
   });
@@ -188,7 +216,7 @@ TEST_F(RankNumbers, MemoryIsThatOfTilesAndCutsNotOfTheGrid) {
 TEST_F(RankNumbers, MemoryForBoxesIsThatOfLayersNotOfTheGrid) {
   const GridGeometry grid = grid_of_cells({400'000, 100, 100});
   for_each_number([&](const Comm& comm) {
-    if (comm.size() > 8) return;  // as slow as it is long
+    if (comm.size() > 8) return;  // as long as it is slow: a sum of all layers for each trial
     TileCensus census;
     for (int n = comm.rank(); n < 3000; n += comm.size()) {
       census.tile.push_back(grid.tile_index({n < 2 ? 99'990 * n : 500 + n, n % 20, n / 20 % 20}));
@@ -197,7 +225,7 @@ TEST_F(RankNumbers, MemoryForBoxesIsThatOfLayersNotOfTheGrid) {
     }
     const CostModel cost;
     const std::size_t before = most_bytes = n_bytes;
-    const auto partition = make_partitioner({PartitionMethod::ranges})->propose(comm, {grid, census, cost}).partition;
+    const auto partition = make_partitioner(comm, {PartitionMethod::ranges})->propose(comm, {grid, census, cost}).partition;
     const std::size_t used = most_bytes - before;
     ASSERT_TRUE(partition && partition->boxes);
     EXPECT_LT(partition->boxes->imbalance, 1.3);

@@ -4,10 +4,13 @@
 #include <gtest/gtest.h>
 #include <petscsys.h>
 
+#include <map>
 #include <stdexcept>
 #include <type_traits>
 
+#include "parallel/node_layout.hpp"
 #include "parallel/phases.hpp"
+#include "parallel/watchdog.hpp"
 
 namespace bulkley {
 namespace {
@@ -47,6 +50,35 @@ TEST_F(Parallel, CommIsADuplicateThatReturnsErrors) {
   EXPECT_EQ(handler, MPI_ERRORS_RETURN);
   BULKLEY_MPI(MPI_Errhandler_free(&handler));
   EXPECT_EQ(comm.is_root(), comm.rank() == 0);
+}
+
+// Several nodes: tests/cluster/nodes/identity.py.
+TEST_F(Parallel, RanksOfOneMachineShareANode) {
+  const NodeLayout layout = node_layout(comm);
+  EXPECT_EQ(layout.ranks_per_node, comm.size());
+  EXPECT_TRUE(layout.in_order);
+  EXPECT_EQ(placement_fault(comm), "");
+}
+
+// Where the root cannot, a rank beside it speaks next and the first rank of the next node before a second one: a lost node, however many ranks
+// it had, leaves one that is early.
+TEST(SpeakingOrder, AFirstRankOfEveryNodeComesEarlyAndAlone) {
+  for (const int ranks_per_node : {1, 2, 48, 128}) {
+    const int n_ranks = 5 * ranks_per_node - ranks_per_node / 2;
+    std::map<int, int> of_place;
+    for (int rank = 0; rank < n_ranks; ++rank) {
+      const int place = speaking_order(rank, n_ranks, ranks_per_node);
+      if (rank % ranks_per_node == 0) {
+        EXPECT_LE(place, 8) << rank;
+        EXPECT_EQ(of_place.count(place), 0u) << rank;
+      }
+      if (rank == 1) EXPECT_EQ(place, 1);
+      ++of_place[place];
+    }
+    EXPECT_EQ(speaking_order(0, n_ranks, ranks_per_node), 0);
+    for (int place = 0; place <= 8; ++place) EXPECT_LE(of_place[place], 1) << ranks_per_node;
+  }
+  for (int rank = 0; rank < 7; ++rank) EXPECT_EQ(speaking_order(rank, 7, 7), rank);
 }
 
 TEST_F(Parallel, MovedCommKeepsTheCommunicator) {

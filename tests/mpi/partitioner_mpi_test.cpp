@@ -123,7 +123,7 @@ TEST_F(PartitionerTest, TheSceneOnesMapIsThatOfAllParticles) {
   }
   const TileLoad load = tile_load(all, cost);
   for (const PartitionMethod method : {PartitionMethod::hilbert, PartitionMethod::bisection, PartitionMethod::automatic}) {
-    const auto partitioner = make_partitioner(by(method));
+    const auto partitioner = make_partitioner(comm, by(method));
     const PartitionProposal first = partitioner->propose(comm, {grid, mine, cost});
     ASSERT_TRUE(first.partition);
     EXPECT_EQ(first.partition->map, make_partition(grid, by(method), load, comm.size()).map);
@@ -166,7 +166,7 @@ TEST_F(PartitionerTest, BoxesAreThoseOfOneProcess) {
       }
       const TileLoad load = tile_load(all, cost);
       for (const PartitionMethod method : {PartitionMethod::uniform, PartitionMethod::ranges}) {
-        const auto partitioner = make_partitioner(by(method));
+        const auto partitioner = make_partitioner(comm, by(method));
         const Partition expected = make_partition(shape, by(method), load, comm.size());
         const PartitionProposal first = partitioner->propose(comm, {shape, mine, cost});
         ASSERT_TRUE(first.partition);
@@ -188,7 +188,7 @@ TEST_F(PartitionerTest, TooFewTilesForBoxesIsAUsageErrorOfEveryRank) {
   if (comm.size() < 5) return;
   const GridGeometry shape = grid_of_cells({4, 4, 4}, {true, true, true});  // one tile
   for (const PartitionMethod method : {PartitionMethod::uniform, PartitionMethod::ranges})
-    EXPECT_THROW(make_partitioner(by(method))->propose(comm, {shape, {}, cost}), UsageError);
+    EXPECT_THROW(make_partitioner(comm, by(method))->propose(comm, {shape, {}, cost}), UsageError);
 }
 
 // With a root for few tiles; without one for more, until they are half as many.
@@ -275,7 +275,7 @@ TEST_F(PartitionerTest, OneWithoutARootGivesTheSameParticles) {
     for (const PartitionSettings& settings :
          {PartitionSettings{PartitionMethod::automatic, 5, 0}, PartitionSettings{PartitionMethod::automatic, 0, 3}}) {
       BalanceTotals by_root, by_chunks;
-      const ParticleSet expected = run_by(comm, scene, make_partitioner(settings), settings, by_root);
+      const ParticleSet expected = run_by(comm, scene, make_partitioner(comm, settings), settings, by_root);
       const ParticleSet found = run_by(comm, scene, std::make_unique<ChunkPartitioner>(), settings, by_chunks);
       EXPECT_EQ(expected.size(), scene.particles.size());
       EXPECT_TRUE(same_particles(expected, found));

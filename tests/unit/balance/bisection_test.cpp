@@ -3,10 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <bit>
 #include <random>
 #include <set>
 
 #include "balance/partition.hpp"
+#include "balance/traffic.hpp"
 #include "support/tile_loads.hpp"
 
 namespace bulkley {
@@ -15,8 +17,8 @@ namespace {
 /// As owners are defined: down the cuts, one after the other.
 int owner_by_cuts(const CutTree& tree, const Int3& tile, int first, int n) {
   if (n == 1) return first;
-  const int below = CutTree::n_below(n);
-  if (tree.cuts()[CutTree::cut_of(first, n)].below(tile)) return owner_by_cuts(tree, tile, first, below);
+  const int below = tree.halves().n_below(n);
+  if (tree.cuts()[tree.halves().cut_of(first, n)].below(tile)) return owner_by_cuts(tree, tile, first, below);
   return owner_by_cuts(tree, tile, first + below, n - below);
 }
 
@@ -42,8 +44,9 @@ TEST(CutTreeTest, BelowIsWhatComesBeforeTheThreshold) {
 TEST(CutTreeTest, EveryTileHasTheOwnerThatTheCutsName) {
   const GridGeometry grid = grid_of_cells({30, 50, 40});
   for (const TileLoad& load : loads_of(grid))
-    for (const int n_ranks : {1, 2, 3, 5, 8, 13, 31}) {
-      const CutTree tree = bisected(grid, Cutting::planes, load, n_ranks);
+    for (const auto& [n_ranks, ranks_per_node] :
+         {std::pair{1, 1}, {2, 1}, {3, 1}, {5, 1}, {8, 1}, {13, 1}, {31, 1}, {8, 3}, {13, 4}, {31, 31}, {31, 5}}) {
+      const CutTree tree = bisected(grid, Cutting::planes, load, n_ranks, {}, {ranks_per_node});
       const TileMap map{tree};
       std::vector<std::int32_t> table;
       for (TileIndex tile = 0; tile < grid.n_tiles(); ++tile) {
@@ -62,8 +65,48 @@ TEST(CutTreeTest, EveryTileHasTheOwnerThatTheCutsName) {
       if (n_ranks == 1) continue;
       std::vector<Cut> cuts = tree.cuts();
       cuts.back() = Cut::of_bits(cuts.back().bits() + 1);
-      EXPECT_NE(TileMap(CutTree(grid, cuts)).fingerprint(), map.fingerprint());
+      EXPECT_NE(TileMap(CutTree(grid, cuts, Cutting::planes, tree.halves())).fingerprint(), map.fingerprint());
+      EXPECT_NE(TileMap(CutTree(grid, tree.cuts(), Cutting::planes, {ranks_per_node + 1})).fingerprint(), map.fingerprint());
     }
+}
+
+/// Every region of more than one node is halved between nodes, and no half is empty.
+void expect_whole_nodes(RankHalves halves, int first, int n, int& deepest, int depth) {
+  deepest = std::max(deepest, depth);
+  if (n == 1) return;
+  const int below = halves.n_below(n);
+  ASSERT_GT(below, 0);
+  ASSERT_LT(below, n);
+  if (n > halves.ranks_per_node)
+    EXPECT_EQ((first + below) % halves.ranks_per_node, 0) << n << " ranks from " << first << " on";
+  else
+    EXPECT_EQ(below, n / 2);
+  expect_whole_nodes(halves, first, below, deepest, depth + 1);
+  expect_whole_nodes(halves, first + below, n - below, deepest, depth + 1);
+}
+
+TEST(RankHalvesTest, RegionsOfSeveralNodesAreHalvedBetweenNodes) {
+  for (const int ranks_per_node : {1, 2, 3, 7, 48, 96, 128})
+    for (const int n_ranks : {1, 2, 3, 6, 7, 47, 48, 49, 97, 288, 384, 480, 513, 100'000}) {
+      int deepest = 0;
+      expect_whole_nodes({ranks_per_node}, 0, n_ranks, deepest, 0);
+      EXPECT_LE(deepest, std::bit_width(static_cast<unsigned>(n_ranks)) + 2) << n_ranks << ", " << ranks_per_node;
+    }
+}
+
+// Where halves in the middle of all ranks do not meet the nodes.
+TEST(BisectionTest, FewerBytesLeaveNodesThatAreWhole) {
+  const GridGeometry grid = grid_of_cells({124, 124, 124});
+  const TileLoad load = tile_load(ball_load(grid));
+  const auto off_node = [&](int n_nodes, int ranks_per_node, RankHalves halves) {
+    const TileMap map{bisected(grid, Cutting::planes, load, n_nodes * ranks_per_node, {}, halves)};
+    GlobalIndex bytes = 0;
+    for (const RankTraffic& rank : predict_traffic(grid, map, load, ranks_per_node)) bytes += rank.bytes_off_node;
+    EXPECT_LT(imbalance(rank_loads(map, load)), 1.1);
+    return static_cast<double>(bytes);
+  };
+  for (const int n_nodes : {3, 5, 6, 7}) EXPECT_LT(off_node(n_nodes, 12, {12}), 0.9 * off_node(n_nodes, 12, {})) << n_nodes;
+  EXPECT_EQ(off_node(4, 16, {16}), off_node(4, 16, {}));
 }
 
 // Each level errs by half a tile at most, which its ranks share: 1/2 + 1/4 + ... of a tile.
@@ -136,7 +179,7 @@ TEST(BisectionTest, TheOrderOfTilesDoesNotMatter) {
     std::vector<TileRecord> records = records_of(grid, Cutting::planes, load);
     WholeRegion whole;
     for (const int n_ranks : {2, 9, 64}) {
-      const Bisection bisection(grid, Cutting::planes, n_ranks, load.total());
+      const Bisection bisection(grid, Cutting::planes, {}, n_ranks, load.total());
       const Cut cut = bisection.cut(records, 0, n_ranks, 0, whole);
       std::shuffle(records.begin(), records.end(), random);
       EXPECT_EQ(bisection.cut(records, 0, n_ranks, 0, whole), cut);

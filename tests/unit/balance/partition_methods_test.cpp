@@ -179,6 +179,17 @@ TEST(FreePartition, AutomaticNeedsNoRootForManyTiles) {
   EXPECT_EQ(chosen.map, make_partition(grid, by(PartitionMethod::bisection), load, 8).map);
 }
 
+TEST(FreePartition, AutomaticNeedsNoRootForManyRanks) {
+  const GridGeometry grid = grid_of_cells({124, 124, 124});
+  const TileLoad load = tile_load(random_load(grid, 4));
+  for (const int n_ranks : {most_ranks_of_root, most_ranks_of_root + 1}) {
+    const Partition chosen = make_partition(grid, by(PartitionMethod::automatic), load, n_ranks);
+    const Partition cuts = make_partition(grid, by(PartitionMethod::bisection), load, n_ranks);
+    EXPECT_EQ(chosen.boxes.has_value(), n_ranks <= most_ranks_of_root);  // tried
+    if (n_ranks > most_ranks_of_root) EXPECT_EQ(chosen.map, cuts.map);
+  }
+}
+
 TEST(FreePartition, AutomaticMakesNoTableOfAWideEmptyBox) {
   const GridGeometry grid = grid_of_cells({4000, 4000, 64}), narrow = grid_of_cells({400, 4000, 64});
   ASSERT_GT(grid.n_tiles(), most_tiles_in_table);
