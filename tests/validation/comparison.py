@@ -25,7 +25,7 @@ FOLDER = pathlib.Path(__file__).resolve().parent
 sys.path.insert(0, str(FOLDER.parent / "support"))
 sys.path.insert(0, str(FOLDER.parent / "verification/cases"))
 from bulkley_program import fail, parse_arguments, start  # noqa: E402
-from study import Run, commit, toml  # noqa: E402
+from study import Run, commit, machine, toml  # noqa: E402
 
 DIGITS = 5                            # significant digits of what records keep
 TRANSFERS = ("", "moment_flip", "apic")  # schemes of long runs; empty: the program's default
@@ -182,7 +182,7 @@ def record_of(case, run, plan, default, program):
     scene = tomllib.loads((run.folder / "scene.toml").read_text(encoding="utf-8"))
     history = run.history()
     return {"key": plan.key, "transfer": scene["transfer"]["scheme"] + OF_PARTICLES * of_particles(plan), "default_transfer": default,
-            "date": datetime.datetime.now(datetime.timezone.utc).strftime("%Y-%m-%d %H:%M"), "commit": commit(program),
+            "date": datetime.datetime.now(datetime.timezone.utc).strftime("%Y-%m-%d %H:%M"), "commit": commit(program), "machine": machine(),
             "integrator": scene["time"]["integrator"], "seconds": round(run.seconds), "steps": int(history["step"][-1]),
             "particles": int(history["particles"][0]), "smallest_volume_ratio": rounded(history["min_volume_ratio"].min()),
             **plan.facts, **{name: rounded(value) for name, value in case.measure(run, plan).items()}}

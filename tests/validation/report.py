@@ -75,16 +75,26 @@ def row(title, entry):
     return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
 
 
+def made(records):
+    """When the runs of `records` were made, and on what, where they say so."""
+    dates = sorted(record["date"].split()[0] for record in records.values() if "date" in record)
+    machines = sorted({record["machine"] for record in records.values() if "machine" in record})
+    if not dates:
+        return ""
+    span = dates[0] if dates[0] == dates[-1] else f"{dates[0]} to {dates[-1]}"
+    return f" Runs of {span}" + (f", since 28 November 2026 on {' and '.join(machines)}." if machines else ".")
+
+
 def page(entries):
-    """The page of `entries`: (case, sheet that it was judged on) each."""
+    """The page of `entries`: (case, sheet that it was judged on, when that was) each."""
     lines = [INTRODUCTION, "| Case | Quantity | Error | At most | |", "|---|---|---|---|---|"]
-    for case, sheet in entries:
+    for case, sheet, _ in entries:
         if not sheet.rows:
             raise Broken(f"{case.name} compares nothing")
         lines += [row(case.title, entry) for entry in sheet.rows]
-    for case, sheet in entries:
+    for case, sheet, when in entries:
         lines += ["", f"{MARK}{case.name} -->", f"## {case.title}", "",
-                  f"`tests/validation/cases/{case.name}`. Source: {case.source}.", ""]
+                  f"`tests/validation/cases/{case.name}`. Source: {case.source}.{when}", ""]
         for part in sheet.parts:
             lines += [part, ""]
         lines += [f"**Missing:** {case.missing[0].lower()}{case.missing[1:]}."]
@@ -92,7 +102,7 @@ def page(entries):
 
 
 def judged(cases, results, pictures=None):
-    """(case, sheet) of every case, of the records in `results`."""
+    """(case, sheet, when it was run) of every case, of the records in `results`."""
     entries = []
     for name in case_names(cases):
         records = load(results / f"{name}.json")
@@ -101,7 +111,7 @@ def judged(cases, results, pictures=None):
         sheet = Sheet(pictures=pictures)
         case = load_case(cases, name)
         case.judge(records, sheet)
-        entries.append((case, sheet))
+        entries.append((case, sheet, made(records)))
     return entries
 
 

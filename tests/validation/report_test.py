@@ -60,7 +60,7 @@ class Page(unittest.TestCase):
     def of(self, error):
         sheet = comparison.Sheet()
         MadeUp().judge({"one": {"error": error}}, sheet)
-        return report.page([(MadeUp(), sheet)])
+        return report.page([(MadeUp(), sheet, "")])
 
     def test_states_error_gate_and_outcome(self):
         self.assertIn("| Apple | height, one (coarse) | -0.09 | 0.1 | passed |", self.of(-0.09))
@@ -73,7 +73,7 @@ class Page(unittest.TestCase):
 
     def test_a_case_that_compares_nothing_is_refused(self):
         with self.assertRaises(report.Broken):
-            report.page([(MadeUp(), comparison.Sheet())])
+            report.page([(MadeUp(), comparison.Sheet(), "")])
 
     def test_records_are_stored_taken_and_rounded(self):
         with tempfile.TemporaryDirectory() as name:

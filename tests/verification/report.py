@@ -23,8 +23,7 @@ discretisation, at several resolutions. The cases are in `tests/verification/cas
 **Errors** are relative to the truth unless a unit is given. Where there are several, the number before the colon is the
 resolution, in cells per characteristic length of the case, and the **order** is that observed from coarsest to finest.
 A row passes if its last error (the finest resolution) is within **at most** and its order is at least the one in brackets.
-Sections say when a case was run and with which commit; those that do not were run before 27 November 2026, when particles of fluids kept their volume each
-by itself (`transfer.dilation = "particle"`) unless the scene said otherwise.
+Sections say when a case was run, with which commit and, since 28 November 2026, on what.
 """
 
 
@@ -53,7 +52,8 @@ def row(case, quantity):
 
 def section(result):
     lines = [f"{MARK}{result['name']} -->", f"## {result['title']}", "",
-             f"`tests/verification/cases/{result['name']}`. Truth: {result['truth']}. Run on {result['date']}, commit {result['commit']}.", ""]
+             f"`tests/verification/cases/{result['name']}`. Truth: {result['truth']}. Run on {result['date']}, commit {result['commit']}" +
+             (f", {result['machine']}." if "machine" in result else "."), ""]
     for quantity in result["quantities"]:
         if quantity["truth"] is not None:
             value = quantity["levels"][-1]["value"]

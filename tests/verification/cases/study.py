@@ -7,7 +7,9 @@ version with finer resolutions (ctest label `slow`)."""
 import datetime
 import json
 import math
+import os
 import pathlib
+import platform
 import re
 import sys
 
@@ -148,7 +150,7 @@ class Study:
         """Writes the results; ends the process, with 1 if a gate was missed."""
         result = {"name": self.name, "title": self.title, "truth": self.truth, "quantities": self.quantities,
                   "remarks": self.remarks, "plots": self.plots, "date": datetime.date.today().isoformat(),
-                  "commit": commit(self.program)}
+                  "commit": commit(self.program), "machine": machine()}
         (self.results / f"{self.name}.json").write_text(json.dumps(result, indent=1) + "\n")
         if not self.quantities:
             fail(f"{self.name} compares nothing")
@@ -176,6 +178,13 @@ def commit(program):
     text = program.run(["--version"], 1, pathlib.Path(__file__).parent, 60).text
     found = re.search(r"commit (\w{1,10})\w*(-dirty)?", text)
     return found[1] + ("+" if found[2] else "") if found else "unknown"
+
+
+def machine():
+    """The processors of this machine in words."""
+    info = pathlib.Path("/proc/cpuinfo")
+    found = re.search(r"^model name\s*: (.+)$", info.read_text() if info.exists() else "", re.MULTILINE)
+    return f"{os.cpu_count()} processors of {found[1].strip() if found else platform.machine()}"
 
 
 def scheme_name(scheme):

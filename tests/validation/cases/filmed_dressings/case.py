@@ -13,7 +13,7 @@ import numpy
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 import films  # noqa: E402
-from comparison import FOLDER, TRANSFERS, Case, Plan, commit, load, main, make, rounded, schemes_of  # noqa: E402
+from comparison import FOLDER, TRANSFERS, Case, Plan, commit, load, machine, main, make, rounded, schemes_of  # noqa: E402
 from study import toml  # noqa: E402
 
 TOOLS = FOLDER.parents[1] / "drivers/python/bulkley"
@@ -52,7 +52,8 @@ class FilmedDressings(Case):
         fluid, cell = plan.facts["fluid"], plan.facts["cell"]
         fitted, predicted = (films.Film(box) for box in BOXES[fluid])
         record = {"key": plan.key, "transfer": plan.transfer, "default_transfer": default, **plan.facts,
-                  "date": datetime.datetime.now(datetime.timezone.utc).strftime("%Y-%m-%d %H:%M"), "commit": commit(program)}
+                  "date": datetime.datetime.now(datetime.timezone.utc).strftime("%Y-%m-%d %H:%M"), "commit": commit(program),
+                  "machine": machine()}
         if arguments.long:
             record |= self.fit(fitted, fluid, plan, program, work, default)
             flow = record["flow"]
