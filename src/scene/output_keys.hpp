@@ -63,8 +63,9 @@ inline const config::Keys<CheckpointSettings>& keys(config::Of<CheckpointSetting
           .key("keep", &S::keep, {.about = "Number of checkpoints to keep.", .range = config::at_least(1.0)})
           .key("at_end", &S::at_end, {.about = "Also write one at the end of the run."})
           .key("timeout", &S::timeout,
-               {.about = "Wall time after which a checkpoint or frame that is still being written ends the run with exit "
-                         "code 3, because the file system does not answer; 0: never.",
+               {.about =
+                    "Wall time after which a checkpoint or frame that is still being written, or a checkpoint that is still "
+                    "being read, ends the run with exit code 3, because the file system does not answer; 0: never.",
                 .unit = "s",
                 .range = config::at_least(0.0),
                 .duration = true});

@@ -86,6 +86,7 @@ ParticleSet Run::load(const std::string& file) {
 }
 
 GlobalIndex Run::restore() {
+  const auto watch = watch_restart();
   ParticleSet particles = no_particles(scene);
   std::string file = options.restart_file;
   if (file.empty()) {
@@ -125,6 +126,20 @@ GlobalIndex Run::restore() {
   root_guard(comm, [&] { write_text_atomically(path_in(options.folder, "scene.toml"), scene.effective_text); });
   log(fmt::format("continuing from {} at step {}, t = {:g} s", file, state.step, state.time));
   return state.step;
+}
+
+Watchdog::Watch Run::watch_restart() {
+  const double limit = scene.checkpoint.timeout;
+  const std::string from =
+      options.restart_file.empty() ? "the newest checkpoint of " + options.folder : options.restart_file;
+  return watchdog.watch({limit, limit,
+                         [=, rank = comm.rank(), n_ranks = comm.size()] {
+                           return fmt::format(
+                               "starting from {} has taken longer than {:g} s (checkpoint.timeout), says rank {} of {}: the "
+                               "file system or another rank does not answer",
+                               from, limit, rank, n_ranks);
+                         },
+                         [=] { return fmt::format(", starting from {}", from); }, last_act_of(options, comm)});
 }
 
 Watchdog::Watch Run::watch_write(const std::string& file) {

@@ -54,6 +54,8 @@ struct Run {
 
   /// From its making to its end the write of `file` is watched, for checkpoint.timeout. Not collective.
   [[nodiscard]] Watchdog::Watch watch_write(const std::string& file);
+  /// Likewise the reading of a checkpoint and what follows until the first step. Not collective.
+  [[nodiscard]] Watchdog::Watch watch_restart();
   /// Likewise the step that begins and its output, for time.step_timeout. Not collective.
   [[nodiscard]] Watchdog::Watch watch_step();
 

@@ -1,6 +1,6 @@
 // A disk that fails on demand. Preloaded (LD_PRELOAD) into the program, it answers calls on files for which the path holds
 // FAULT_PATH, from the FAULT_AT-th such call of the process on (FAULT_TIMES of them; default: all):
-//   FAULT_CALLS  names of calls, separated by commas: open (for writing) write pwrite writev pwritev fsync fdatasync rename
+//   FAULT_CALLS  names of calls, separated by commas: open (for writing) read pread write pwrite writev pwritev fsync fdatasync rename
 //                fallocate ftruncate
 //   FAULT_KIND   ENOSPC, EIO or EROFS: that error; "short": half of the bytes are written, at least one; "hang": never returns
 //   FAULT_RANK   this rank only (Open MPI's numbering); default: all
@@ -82,6 +82,18 @@ int open64(const char* path, int flags, ...) {
   const mode_t mode = (flags & (O_CREAT | O_TMPFILE)) ? va_arg(more, mode_t) : 0;
   va_end(more);
   return opened(REAL(open64), path, flags, mode);
+}
+
+ssize_t read(int file, void* data, size_t size) {
+  return answer_to_file("read", file) == fail ? -1 : REAL(read)(file, data, size);
+}
+
+ssize_t pread(int file, void* data, size_t size, off_t at) {
+  return answer_to_file("pread", file) == fail ? -1 : REAL(pread)(file, data, size, at);
+}
+
+ssize_t pread64(int file, void* data, size_t size, off64_t at) {
+  return answer_to_file("pread", file) == fail ? -1 : REAL(pread64)(file, data, size, at);
 }
 
 ssize_t write(int file, const void* data, size_t size) {

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """A step that does not come back, because a rank or its launcher is gone, ends every rank with one sentence and exit code 3, and
 the run goes on from its checkpoint to the bits of a run that nothing happened to. A job that is suspended and resumed as a
-whole goes on by itself."""
+whole goes on by itself. A checkpoint that is not read to its end ends all ranks likewise."""
 
 import json
 import os
@@ -122,6 +122,26 @@ class Cases:
         self.same(run)
         print("never: went on")
 
+    def silent_file(self, shim, rank):
+        """A file system that never answers one rank, which reads the checkpoint to continue from."""
+        folder = self.work / "silent"
+        outcome = self.program.run(["run", "scene.toml", "--out", "silent", "--overwrite", "--max-steps", "20"], 1, self.work, LIMIT)
+        if outcome.code != 0:
+            fail("silent: the run before failed", outcome)
+        command = ["run", "scene.toml", "--out", "silent", "--restart", "--max-steps", "40"]
+        fault = {"LD_PRELOAD": shim, "FAULT_PATH": "checkpoint_000000020", "FAULT_CALLS": "pread", "FAULT_KIND": "hang",
+                 "FAULT_RANK": str(rank)}
+        outcome = self.program.run([*command, "--set", "checkpoint.timeout=3"], RANKS, self.work, LIMIT, fault)
+        said = re.findall(r"bulkley: starting from the newest checkpoint of silent has taken longer than 3 s \(checkpoint\.timeout\), "
+                          r"says rank (\d) of 3: the file system or another rank does not answer\n", outcome.text)
+        status = json.loads((folder / "status.json").read_text(encoding="utf-8"))
+        if outcome.code != 3 or len(said) != 1 or status["state"] != "failed" or status.get("unresponsive") is not True:
+            fail(f"silent: exit code {outcome.code}, {len(said)} sentences, {status}", outcome)
+        outcome = self.program.run(command, RANKS, self.work, LIMIT)
+        if outcome.code != 0:
+            fail("silent: did not go on", outcome)
+        print(f"a file that does not answer rank {rank}: ended, says rank {said[0]}, and went on")
+
     def lost_launcher(self):
         """Ranks whose launcher was killed do not live on, not even one that was stopped then."""
         run, pids = self.begin("orphans")
@@ -139,13 +159,17 @@ class Cases:
 
 
 def main():
-    program, work = start(parse_arguments(__doc__))
+    arguments = parse_arguments(__doc__, lambda parser: parser.add_argument("--shim", help="storage_shim.c"))
+    program, work = start(arguments)
     cases = Cases(program, work)
     cases.stopped_rank("stopped", False)
     cases.stopped_rank("stopped_root", True)
     cases.suspended_job()
     cases.never()
     cases.lost_launcher()
+    if arguments.shim:
+        cases.silent_file(arguments.shim, 0)
+        cases.silent_file(arguments.shim, 2)
 
 
 if __name__ == "__main__":
