@@ -227,7 +227,7 @@ void CellGrid::ask_for_cells(const Comm& comm, const ParticleGrid& particles) {
     asked.push_back(static_cast<std::int32_t>(wish.mask));
     asked.push_back(static_cast<std::int32_t>(wish.mask >> 32));
   }
-  const std::vector<MessageSize> from = exchange_counts(comm, to);
+  const std::vector<MessageSize> from = exchange_counts(comm, particles.neighbours(), to);
   const std::vector<std::int32_t> wanted = trade(comm, to, asked, from, n_words);
   std::map<int, Neighbour> by_rank;
   const auto neighbour = [&](int rank) -> Neighbour& {

@@ -1,31 +1,30 @@
 #include "distribution/message_sizes.hpp"
 
-#include <petscsys.h>
-
 #include <algorithm>
 
-#include "bulkley/parallel/petsc.hpp"
 #include "distribution/message_tags.hpp"
 
 namespace bulkley {
 
-std::vector<MessageSize> exchange_counts(const Comm& comm, const std::vector<MessageSize>& outgoing) {
-  std::vector<PetscMPIInt> ranks;
-  std::vector<GlobalIndex> counts;
+std::vector<MessageSize> exchange_counts(const Comm& comm, const Neighbours& neighbours,
+                                         const std::vector<MessageSize>& outgoing) {
+  const std::size_t n = neighbours.ranks().size();
+  std::vector<GlobalIndex> there(n, 0), here(n, 0);
   for (const MessageSize& message : outgoing) {
-    ranks.push_back(message.rank);
-    counts.push_back(message.count);
+    const auto place = std::lower_bound(neighbours.ranks().begin(), neighbours.ranks().end(), message.rank);
+    BULKLEY_ASSERT(place != neighbours.ranks().end() && *place == message.rank);
+    there[static_cast<std::size_t>(place - neighbours.ranks().begin())] = message.count;
   }
-  PetscMPIInt n_sources = 0;
-  PetscMPIInt* sources = nullptr;
-  GlobalIndex* source_counts = nullptr;
-  BULKLEY_PETSC(PetscCommBuildTwoSided(comm.get(), 1, MPI_INT64_T, static_cast<PetscMPIInt>(ranks.size()), ranks.data(),
-                                       counts.data(), &n_sources, &sources, &source_counts));
+  std::vector<MPI_Request> requests(2 * n);
+  for (std::size_t k = 0; k < n; ++k) {
+    const int rank = neighbours.ranks()[k];
+    BULKLEY_MPI(MPI_Irecv(&here[k], 1, MPI_INT64_T, rank, message_tag::counts, comm.get(), &requests[k]));
+    BULKLEY_MPI(MPI_Isend(&there[k], 1, MPI_INT64_T, rank, message_tag::counts, comm.get(), &requests[n + k]));
+  }
+  BULKLEY_MPI(MPI_Waitall(static_cast<int>(2 * n), requests.data(), MPI_STATUSES_IGNORE));
   std::vector<MessageSize> incoming;
-  for (PetscMPIInt s = 0; s < n_sources; ++s) incoming.push_back({sources[s], source_counts[s]});
-  BULKLEY_PETSC(PetscFree(sources));
-  BULKLEY_PETSC(PetscFree(source_counts));
-  std::sort(incoming.begin(), incoming.end(), [](const MessageSize& a, const MessageSize& b) { return a.rank < b.rank; });
+  for (std::size_t k = 0; k < n; ++k)
+    if (here[k] > 0) incoming.push_back({neighbours.ranks()[k], here[k]});
   return incoming;
 }
 

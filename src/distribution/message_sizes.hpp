@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "bulkley/parallel/comm.hpp"
+#include "distribution/neighbours.hpp"
 
 namespace bulkley {
 
@@ -14,12 +14,13 @@ struct MessageSize {
   GlobalIndex count;
 };
 
-/// Tells each rank what comes to it, and learns the same, by ascending rank; one non-blocking barrier when there is nothing.
-/// Collective.
-std::vector<MessageSize> exchange_counts(const Comm& comm, const std::vector<MessageSize>& outgoing);
+/// Tells each neighbour what comes to it, which may be nothing, and learns the same, by ascending rank. Precondition: `outgoing`, by
+/// ascending rank, goes to neighbours alone. Between neighbours.
+std::vector<MessageSize> exchange_counts(const Comm& comm, const Neighbours& neighbours,
+                                         const std::vector<MessageSize>& outgoing);
 
 /// What `incoming` ranks send, one message after the other, while `sent` goes to `outgoing` ranks in the same way. Counts are of
-/// items of so many numbers. Collective.
+/// items of so many numbers. Between neighbours.
 std::vector<std::int32_t> trade(const Comm& comm, const std::vector<MessageSize>& outgoing,
                                 const std::vector<std::int32_t>& sent, const std::vector<MessageSize>& incoming,
                                 int numbers_per_item);

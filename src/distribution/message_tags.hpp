@@ -8,6 +8,7 @@ constexpr int trade = 3;
 constexpr int cells = 5;
 constexpr int introductions = 7;
 constexpr int plans = 9;
+constexpr int counts = 17;
 constexpr int node_sums = 13;
 constexpr int node_values = 15;
 
