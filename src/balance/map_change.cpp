@@ -16,7 +16,7 @@ constexpr double least_gain = 0.02;  // of the time of a step
 }  // namespace
 
 Change worthwhile_change(const GridGeometry& grid, const TileLoad& load, const Partition& present, const CostModel& cost,
-                         const ChangeCost& change, double horizon, double fresh_exchange) {
+                         const ChangeCost& change, double horizon, double fresh_exchange, int ranks_per_node) {
   const int n_ranks = present.map.n_ranks();
   const double now = predicted_step(predict_traffic(grid, present.map, load), cost);
   const double mean = 1e-12 * static_cast<double>(load.total()) / n_ranks;
@@ -48,7 +48,9 @@ Change worthwhile_change(const GridGeometry& grid, const TileLoad& load, const P
   if (more_to_gain && (now - reachable) * horizon - making - change.rebuild > std::max(best.net, 0.0)) {
     using Clock = std::chrono::steady_clock;
     const auto begin = Clock::now();
-    Candidate whole = evaluated(make_partition(grid, {PartitionMethod::automatic}, load, n_ranks, &present, cost), making);
+    PartitionSettings settings;
+    settings.ranks_per_node = ranks_per_node;
+    Candidate whole = evaluated(make_partition(grid, settings, load, n_ranks, &present, cost), making);
     result.making = std::chrono::duration<double>(Clock::now() - begin).count();
     result.whole = whole.net > best.net;
     if (result.whole) best = std::move(whole);

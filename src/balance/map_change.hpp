@@ -25,8 +25,9 @@ struct Change {
 /// slowest rank under `present` less that under the new map must exceed the cost of the change, and be at least 2 % of the
 /// former (so that noise in the measured costs moves nothing). Candidates are `present` with few tiles moved (rebalanced) or
 /// few of its cuts (recut), and, where that leaves enough to be gained, a whole new map by `automatic`. `fresh_exchange`: predicted_exchange when the
-/// last whole map was new, s; what another may come down to. Not collective.
+/// last whole map was new, s; what another may come down to. `ranks_per_node` as in
+/// PartitionSettings. Not collective.
 Change worthwhile_change(const GridGeometry& grid, const TileLoad& load, const Partition& present, const CostModel& cost,
-                         const ChangeCost& change, double horizon, double fresh_exchange);
+                         const ChangeCost& change, double horizon, double fresh_exchange, int ranks_per_node = 0);
 
 }  // namespace bulkley

@@ -34,7 +34,8 @@ PartitionProposal RootPartitioner::find_on_root(const PartitionRequest& request,
     if (fresh_exchange_ < 0.0) fresh_exchange_ = exchange_of(*present);
     ChangeCost change = request.change;
     change.tile = tile_seconds_;
-    Change found = worthwhile_change(grid, load, *present, request.cost, change, *request.horizon, fresh_exchange_);
+    Change found = worthwhile_change(grid, load, *present, request.cost, change, *request.horizon, fresh_exchange_,
+                                     settings_.ranks_per_node);
     if (found.making > 0.0) average_in(tile_seconds_, found.making / static_cast<double>(load.size()));
     next = std::move(found.partition);
     if (next && found.whole) fresh_exchange_ = exchange_of(*next);

@@ -98,5 +98,17 @@ TEST_F(WorthwhileChange, NoneWithoutParticles) {
   EXPECT_FALSE(worthwhile_change(grid, TileLoad{}, even, {}, change, 1e9, 0.0).partition);
 }
 
+TEST(WorthwhileChangeOnNodes, AWholeNewMapIsCutBetweenNodesFirst) {
+  const GridGeometry grid = grid_of_cells({124, 124, 124});
+  TileLoad load = tile_load(ball_load(grid));
+  for (GlobalIndex& weight : load.weight) weight *= 80'000;  // ps
+  constexpr int n_ranks = 60, ranks_per_node = 12;
+  const Partition present{scattered_map(grid, n_ranks), {}};
+  const Change found = worthwhile_change(grid, load, present, {}, {}, 1e9, 0.0, ranks_per_node);
+  ASSERT_TRUE(found.partition && found.whole);
+  ASSERT_NE(found.partition->map.tree(), nullptr) << "another method was faster: nothing is told";
+  EXPECT_EQ(found.partition->map.tree()->halves(), RankHalves{ranks_per_node});
+}
+
 }  // namespace
 }  // namespace bulkley
