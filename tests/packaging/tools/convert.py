@@ -242,6 +242,7 @@ def check_paraview(test, run, pvpython):
                             stdin=subprocess.DEVNULL, timeout=120, check=False)
     if result.returncode != 0:
         fail(f"ParaView reads something else: {result.stdout}{result.stderr}")
+    print(result.stdout.strip())
 
 
 def main():
