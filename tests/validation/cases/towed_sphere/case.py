@@ -25,7 +25,8 @@ class TowedSphere(Case):
                "at this speed: "
                "`K (V/R)^n/tau_y` is 4.5 % in the long version. The collider acts up to half a cell early, so the effective "
                "radius is "
-               "larger on coarse cells")
+               "larger on coarse cells. On fine cells the drag does not stand still: with 8 over R (28 November 2026) it is 54 from 0.3 to 0.5 R of the way, 48 with R + dx/2, and then "
+               "falls by a sixth, which is not explained; the gate judges the end")
 
     def plans(self, long):
         def plan(cells, speed, travel, transfer=""):
