@@ -17,11 +17,10 @@ NodeLayout node_layout(const Comm& comm) {
   return {in_order && alike ? largest : 1, in_order};
 }
 
-std::string placement_fault(const Comm& comm) {
-  if (node_layout(comm).in_order) return {};
+std::string placement_fault(const NodeLayout& layout) {
+  if (layout.in_order) return {};
   return "ranks that follow each other are on different nodes, so that most of what neighbours exchange leaves its node; "
-         "place ranks in "
-         "blocks (mpirun --map-by slot, srun --distribution=block)";
+         "place ranks in blocks (mpirun --map-by slot, srun --distribution=block)";
 }
 
 }  // namespace bulkley

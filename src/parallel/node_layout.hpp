@@ -16,7 +16,7 @@ struct NodeLayout {
 /// As MPI says who shares memory; the same on every rank. Collective; takes a communicator for each node while it lasts.
 NodeLayout node_layout(const Comm& comm);
 
-/// A sentence for users whose ranks are not in order; empty if they are. Collective.
-std::string placement_fault(const Comm& comm);
+/// A sentence for users whose ranks are not in order; empty if they are. Not collective.
+std::string placement_fault(const NodeLayout& layout);
 
 }  // namespace bulkley

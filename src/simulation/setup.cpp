@@ -236,9 +236,12 @@ void check_grid_output(const Scene& scene) {
 
 Partition first_partition(const Comm& comm, const Scene& scene, const TileCensus& census, const CostModel& cost,
                           std::vector<std::string>* warnings) {
-  PartitionProposal proposal = make_partitioner(comm, scene.partition)->propose(comm, {scene.grid, census, cost});
+  const NodeLayout nodes = node_layout(comm);
+  PartitionSettings settings = scene.partition;
+  if (settings.ranks_per_node == 0) settings.ranks_per_node = nodes.ranks_per_node;
+  PartitionProposal proposal = make_partitioner(comm, settings)->propose(comm, {scene.grid, census, cost});
   std::vector<std::string>& said = proposal.notes.warnings;  // the root's
-  if (const std::string fault = placement_fault(comm); comm.is_root() && !fault.empty()) said.push_back(fault);
+  if (const std::string fault = placement_fault(nodes); comm.is_root() && !fault.empty()) said.push_back(fault);
   for (const std::string& warning : said) fmt::print(stderr, "warning: {}\n", warning);
   if (warnings != nullptr) warnings->insert(warnings->end(), said.begin(), said.end());
   BULKLEY_ASSERT(proposal.partition);

@@ -57,7 +57,7 @@ TEST_F(Parallel, RanksOfOneMachineShareANode) {
   const NodeLayout layout = node_layout(comm);
   EXPECT_EQ(layout.ranks_per_node, comm.size());
   EXPECT_TRUE(layout.in_order);
-  EXPECT_EQ(placement_fault(comm), "");
+  EXPECT_EQ(placement_fault(layout), "");
 }
 
 // Where the root cannot, a rank beside it speaks next and the first rank of the next node before a second one: a lost node, however many ranks
