@@ -5,8 +5,8 @@
 #include <map>
 
 #include "bulkley/base/error.hpp"
-#include "distribution/message_sizes.hpp"
 #include "distribution/message_tags.hpp"
+#include "distribution/rank_messages.hpp"
 
 namespace bulkley {
 
@@ -66,7 +66,8 @@ Int3 in_tile(const Int3& tile, int place) {
 
 }  // namespace
 
-CellGrid::CellGrid(const Comm& comm, const ParticleGrid& particles, const Faces& faces) : grid_(particles.grid()) {
+CellGrid::CellGrid(const Comm& comm, const ParticleGrid& particles, const Faces& faces)
+    : version_(particles.version()), grid_(particles.grid()) {
   tiles_ = particles.layout().tiles();
   n_own_ids_ = static_cast<LocalIndex>(tiles_.size()) * tile_nodes;
   collective_guard(comm, [&] { find_nodes(particles, faces); });
@@ -217,18 +218,12 @@ void CellGrid::ask_for_cells(const Comm& comm, const ParticleGrid& particles) {
     }
     std::stable_sort(wishes.begin(), wishes.end(), [](const Wish& a, const Wish& b) { return a.rank < b.rank; });
   });
-  constexpr int n_words = 3;
-  std::vector<MessageSize> to;
-  std::vector<std::int32_t> asked;
+  std::vector<RankMessage> asked;
   for (const Wish& wish : wishes) {
-    if (to.empty() || to.back().rank != wish.rank) to.push_back({wish.rank, 0});
-    ++to.back().count;
-    asked.push_back(wish.tile);
-    asked.push_back(static_cast<std::int32_t>(wish.mask));
-    asked.push_back(static_cast<std::int32_t>(wish.mask >> 32));
+    if (asked.empty() || asked.back().rank != wish.rank) asked.push_back({wish.rank, {version_}});
+    asked.back().words.push_back(wish.tile);
+    asked.back().words.push_back(std::bit_cast<std::int64_t>(wish.mask));
   }
-  const std::vector<MessageSize> from = exchange_counts(comm, particles.neighbours(), to);
-  const std::vector<std::int32_t> wanted = trade(comm, to, asked, from, n_words);
   std::map<int, Neighbour> by_rank;
   const auto neighbour = [&](int rank) -> Neighbour& {
     return by_rank.try_emplace(rank, Neighbour{rank, {}, {}}).first->second;
@@ -237,23 +232,26 @@ void CellGrid::ask_for_cells(const Comm& comm, const ParticleGrid& particles) {
     for (int place = 0; place < tile_nodes; ++place)
       if (mask >> place & 1) ids.push_back(tile * tile_nodes + place);
   };
-  std::vector<std::int32_t> answers;
-  std::size_t at = 0;
-  for (const MessageSize& message : from)
-    for (GlobalIndex k = 0; k < message.count; ++k, at += n_words) {
-      const LocalIndex slot = particles.layout().slot(wanted[at]);
-      answers.push_back(slot);
-      if (slot < 0) continue;
-      const std::uint64_t mask = std::uint64_t{static_cast<std::uint32_t>(wanted[at + 1])} |
-                                 std::uint64_t{static_cast<std::uint32_t>(wanted[at + 2])} << 32;
-      add_ids(slot, mask, neighbour(message.rank).wanted);
+  std::vector<RankMessage> answers, slots;
+  for (const RankMessage& wanted : sparse_exchange(comm, asked)) {
+    expect_version(comm, wanted.rank, wanted.words.front(), version_);
+    RankMessage& answer = answers.emplace_back(RankMessage{wanted.rank, {version_}});
+    for (std::size_t at = 1; at < wanted.words.size(); at += 2) {
+      const LocalIndex slot = particles.layout().slot(static_cast<TileIndex>(wanted.words[at]));
+      answer.words.push_back(slot);
+      if (slot >= 0) add_ids(slot, std::bit_cast<std::uint64_t>(wanted.words[at + 1]), neighbour(wanted.rank).wanted);
     }
-  const std::vector<std::int32_t> slots = trade(comm, from, answers, to, 1);
-  for (std::size_t w = 0; w < wishes.size(); ++w) {
-    if (slots[w] < 0) continue;
-    add_ids(static_cast<LocalIndex>(tiles_.size()), wishes[w].mask, neighbour(wishes[w].rank).received);
-    tiles_.push_back(wishes[w].tile);
   }
+  for (const RankMessage& message : asked)
+    slots.push_back({message.rank, std::vector<std::int64_t>(1 + (message.words.size() - 1) / 2)});
+  exchange_messages(comm, message_tag::slots, version_, answers, slots);
+  auto wish = wishes.begin();
+  for (const RankMessage& message : slots)
+    for (std::size_t at = 1; at < message.words.size(); ++at, ++wish) {
+      if (message.words[at] < 0) continue;
+      add_ids(static_cast<LocalIndex>(tiles_.size()), wish->mask, neighbour(message.rank).received);
+      tiles_.push_back(wish->tile);
+    }
   for (auto& [rank, known] : by_rank) neighbours_.push_back(std::move(known));
 }
 
@@ -400,30 +398,22 @@ std::size_t CellGrid::memory() const {
 }
 
 void exchange_counts(const Comm& comm, const CellGrid& grid, std::vector<std::int32_t>& counts) {
-  std::vector<std::vector<std::int32_t>> out, in;
-  std::vector<MPI_Request> requests;
+  std::vector<RankMessage> sent, received;
   for (const CellGrid::Neighbour& known : grid.neighbours()) {
-    std::vector<std::int32_t>& sent = out.emplace_back();
-    for (const LocalIndex id : known.wanted) sent.push_back(counts[static_cast<std::size_t>(id)]);
-    in.emplace_back(known.received.size());
+    RankMessage& message = sent.emplace_back(RankMessage{known.rank, {grid.version()}});
+    for (const LocalIndex id : known.wanted) message.words.push_back(counts[static_cast<std::size_t>(id)]);
+    received.push_back({known.rank, std::vector<std::int64_t>(1 + known.received.size())});
   }
-  std::size_t k = 0;
+  exchange_messages(comm, message_tag::cells, grid.version(), sent, received);
+  auto message = received.begin();
   for (const CellGrid::Neighbour& known : grid.neighbours()) {
-    BULKLEY_MPI(MPI_Irecv(in[k].data(), static_cast<int>(in[k].size()), MPI_INT32_T, known.rank, message_tag::cells,
-                          comm.get(), &requests.emplace_back()));
-    BULKLEY_MPI(MPI_Isend(out[k].data(), static_cast<int>(out[k].size()), MPI_INT32_T, known.rank, message_tag::cells,
-                          comm.get(), &requests.emplace_back()));
-    ++k;
-  }
-  BULKLEY_MPI(MPI_Waitall(static_cast<int>(requests.size()), requests.data(), MPI_STATUSES_IGNORE));
-  k = 0;
-  for (const CellGrid::Neighbour& known : grid.neighbours()) {
-    for (std::size_t n = 0; n < known.received.size(); ++n) counts[static_cast<std::size_t>(known.received[n])] = in[k][n];
-    ++k;
+    auto count = message++->words.begin() + 1;
+    for (const LocalIndex id : known.received) counts[static_cast<std::size_t>(id)] = static_cast<std::int32_t>(*count++);
   }
 }
 
 void CellHalo::connect(const CellGrid& grid, std::span<const LocalIndex> number_of) {
+  version_ = grid.version();
   neighbours_.clear();
   for (const CellGrid::Neighbour& known : grid.neighbours()) {
     Neighbour neighbour{known.rank, {}, {}};
@@ -435,20 +425,21 @@ void CellHalo::connect(const CellGrid& grid, std::span<const LocalIndex> number_
   }
 }
 
+// Each message begins with the version of the grid.
 void CellHalo::exchange(const Comm& comm, double* values, int width) {
   const auto w = static_cast<std::size_t>(width);
+  const auto size = [&](const std::vector<LocalIndex>& cells) { return cells.empty() ? 0 : 1 + cells.size() * w; };
   std::size_t n_out = 0, n_in = 0;
   for (const Neighbour& neighbour : neighbours_) {
-    n_out += neighbour.sent.size() * w;
-    n_in += neighbour.received.size() * w;
+    n_out += size(neighbour.sent);
+    n_in += size(neighbour.received);
   }
   out_.resize(n_out);
   in_.resize(n_in);
   requests_.clear();
   double *to = out_.data(), *from = in_.data();
   for (const Neighbour& neighbour : neighbours_)
-    if (!neighbour.received.empty()) {
-      const std::size_t n = neighbour.received.size() * w;
+    if (const std::size_t n = size(neighbour.received); n > 0) {
       BULKLEY_MPI(MPI_Irecv(from, static_cast<int>(n), MPI_DOUBLE, neighbour.rank, message_tag::cells, comm.get(),
                             &requests_.emplace_back()));
       from += n;
@@ -456,22 +447,27 @@ void CellHalo::exchange(const Comm& comm, double* values, int width) {
   for (const Neighbour& neighbour : neighbours_)
     if (!neighbour.sent.empty()) {
       double* const begin = to;
+      *to++ = static_cast<double>(version_);
       for (const LocalIndex n : neighbour.sent) to = std::copy_n(values + static_cast<std::size_t>(n) * w, w, to);
       BULKLEY_MPI(MPI_Isend(begin, static_cast<int>(to - begin), MPI_DOUBLE, neighbour.rank, message_tag::cells, comm.get(),
                             &requests_.emplace_back()));
     }
   BULKLEY_MPI(MPI_Waitall(static_cast<int>(requests_.size()), requests_.data(), MPI_STATUSES_IGNORE));
   from = in_.data();
-  for (const Neighbour& neighbour : neighbours_)
+  for (const Neighbour& neighbour : neighbours_) {
+    if (neighbour.received.empty()) continue;
+    expect_version(comm, neighbour.rank, static_cast<std::int64_t>(*from++), version_);
     for (const LocalIndex n : neighbour.received) {
       std::copy_n(from, w, values + static_cast<std::size_t>(n) * w);
       from += w;
     }
+  }
 }
 
 std::size_t CellHalo::sent_bytes() const {
   std::size_t n = 0;
-  for (const Neighbour& neighbour : neighbours_) n += neighbour.sent.size();
+  for (const Neighbour& neighbour : neighbours_)
+    if (!neighbour.sent.empty()) n += 1 + neighbour.sent.size();
   return n * sizeof(double);
 }
 

@@ -18,6 +18,8 @@ class CellGrid {
   /// whose mirror image it is. Collective.
   CellGrid(const Comm& comm, const ParticleGrid& particles, const Faces& faces);
 
+  /// That of the pools it was made of. The same on every rank.
+  GlobalIndex version() const { return version_; }
   LocalIndex n_own_ids() const { return n_own_ids_; }
   LocalIndex n_ids() const { return static_cast<LocalIndex>(tiles_.size()) * tile_nodes; }
   LocalIndex n_nodes() const { return n_nodes_; }
@@ -68,6 +70,7 @@ class CellGrid {
   void number_column(std::span<const TileIndex> tiles, const std::uint64_t* reached, int place, LocalIndex* numbers);
   void find_rows(const std::vector<std::array<LocalIndex, 8>>& above, const std::vector<LocalIndex>& numbers);
 
+  GlobalIndex version_;
   GridGeometry grid_;
   LocalIndex n_own_ids_ = 0, n_nodes_ = 0;
   std::vector<TileIndex> tiles_;       ///< of cells: of the pool, then of other ranks
@@ -93,7 +96,7 @@ class CellHalo {
   /// values[n * width .. ] of the cells of other ranks from their owners. Collective.
   void exchange(const Comm& comm, double* values, int width);
 
-  /// Bytes that this rank sends of one number a cell.
+  /// Bytes that this rank sends of one number a cell, with the versions.
   std::size_t sent_bytes() const;
 
  private:
@@ -101,6 +104,7 @@ class CellHalo {
     int rank;
     std::vector<LocalIndex> sent, received;
   };
+  GlobalIndex version_ = 0;
   std::vector<Neighbour> neighbours_;
   std::vector<double> out_, in_;
   std::vector<MPI_Request> requests_;

@@ -4,11 +4,10 @@
 namespace bulkley::message_tag {
 
 constexpr int migrants = 1;
-constexpr int trade = 3;
+constexpr int unasked = 3;
 constexpr int cells = 5;
-constexpr int introductions = 7;
+constexpr int slots = 7;
 constexpr int plans = 9;
-constexpr int counts = 17;
 constexpr int node_sums = 13;
 constexpr int node_values = 15;
 

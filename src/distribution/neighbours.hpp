@@ -23,8 +23,7 @@ class Neighbours {
   std::int64_t generation() const { return generation_; }
 
   /// Makes this rank and each of `others` neighbours; those that are, and this rank itself, may be among them, in any order and
-  /// more than once. A message to each new one and two barriers, whatever the number of ranks (Hoefler, Siebert, Lumsdaine
-  /// 2010). Collective.
+  /// more than once. A message to each new one and two barriers (sparse_exchange). Collective.
   void introduce(std::span<const int> others);
   /// No neighbours any more. Every rank must call it at the same point. Not collective.
   void forget();

@@ -13,11 +13,18 @@
 namespace bulkley {
 namespace {
 
-const GridShape shapes[] = {
-    {"the last tiles end with the nodes", {8, 8, 8}, {false, false, false}},
-    {"the last tiles reach beyond the nodes", {9, 7, 10}, {false, false, false}},
-    {"periodic", {8, 12, 8}, {true, true, true}},
-    {"one tile around z", {14, 8, 4}, {false, true, true}},
+struct MappedShape : GridShape {
+  LocalIndex n_particles = 400;
+  bool scattered = true;  // each tile is on any rank
+};
+
+const MappedShape shapes[] = {
+    {{"the last tiles end with the nodes", {8, 8, 8}, {false, false, false}}},
+    {{"the last tiles reach beyond the nodes", {9, 7, 10}, {false, false, false}}},
+    {{"periodic", {8, 12, 8}, {true, true, true}}},
+    {{"one tile around z", {14, 8, 4}, {false, true, true}}},
+    // Ranks want cells of ranks that they exchange no nodes with.
+    {{"mostly empty", {24, 24, 24}, {false, false, true}}, 100, false},
 };
 
 // A whole number that belongs to a place in the grid, so that sums of it are exact.
@@ -31,14 +38,14 @@ struct Setting {
   std::unique_ptr<CellGrid> cells;
   std::map<Int3, int> count;  // particles of each base node, over all ranks
 
-  Setting(const Comm& comm, const GridShape& shape, SplineOrder order, bool sticky)
+  Setting(const Comm& comm, const MappedShape& shape, SplineOrder order, bool sticky)
       : scene(empty_scene({.order = order}, shape.n_cells, shape.periodic)) {
     const GridGeometry& grid = scene.physics.grid;
     if (sticky)
       for (std::size_t f = 0; f < 6; ++f)
         if (!shape.periodic[f / 2]) scene.physics.faces[f].kind = FaceKind::sticky;
     const Vec3 lower = grid.lower, size = grid.upper() - lower;
-    for (LocalIndex p = 0; p < 400; ++p) {  // scattered, with particles on all walls
+    for (LocalIndex p = 0; p < shape.n_particles; ++p) {  // scattered, with particles on all walls
       Vec3 x;
       for (int a = 0; a < 3; ++a) {
         const double share = std::fmod(0.5 + (p + 1) * (a == 0 ? 0.754877666 : a == 1 ? 0.569840291 : 0.438447187), 1.0);
@@ -48,7 +55,7 @@ struct Setting {
       add_particle(scene, x);
     }
     for (LocalIndex p = 0; p < scene.particles.size(); ++p) ++count[base_of(scene.particles.vector(Field::position, p))];
-    Partition partition = partition_of(comm, scene, PartitionMethod::hilbert, true);
+    Partition partition = partition_of(comm, scene, PartitionMethod::hilbert, shape.scattered);
     particles = std::make_unique<ParticleGrid>(comm, grid, scene.physics.faces, 2, std::move(partition),
                                                share_of(comm, scene.particles, {}), times);
     cells = std::make_unique<CellGrid>(comm, *particles, scene.physics.faces);
@@ -97,7 +104,7 @@ class CellGridTest : public testing::Test {
 
   template <class Check>
   void for_all(Check check) {
-    for (const GridShape& shape : shapes)
+    for (const MappedShape& shape : shapes)
       for (const SplineOrder order : {SplineOrder::quadratic, SplineOrder::cubic})
         for (const bool sticky : {false, true}) {
           SCOPED_TRACE(testing::Message() << shape.name << ", width " << stencil_width(order) << (sticky ? ", sticky" : ""));
