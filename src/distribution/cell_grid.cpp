@@ -12,6 +12,8 @@ namespace bulkley {
 
 namespace {
 
+constexpr const char* pools = "pools of version";  // what messages say that they belong to
+
 // The stencil of a cell by its place in a tile. Tiles at {0, 1}^3 above that one are numbered 0 to 7, z fastest.
 template <int s>
 struct Stencil {
@@ -234,7 +236,7 @@ void CellGrid::ask_for_cells(const Comm& comm, const ParticleGrid& particles) {
   };
   std::vector<RankMessage> answers, slots;
   for (const RankMessage& wanted : sparse_exchange(comm, asked)) {
-    expect_version(comm, wanted.rank, wanted.words.front(), version_);
+    expect_number(comm, pools, wanted.rank, wanted.words.front(), version_);
     RankMessage& answer = answers.emplace_back(RankMessage{wanted.rank, {version_}});
     for (std::size_t at = 1; at < wanted.words.size(); at += 2) {
       const LocalIndex slot = particles.layout().slot(static_cast<TileIndex>(wanted.words[at]));
@@ -244,14 +246,16 @@ void CellGrid::ask_for_cells(const Comm& comm, const ParticleGrid& particles) {
   }
   for (const RankMessage& message : asked)
     slots.push_back({message.rank, std::vector<std::int64_t>(1 + (message.words.size() - 1) / 2)});
-  exchange_messages(comm, message_tag::slots, version_, answers, slots);
+  exchange_messages(comm, message_tag::slots, answers, slots);
   auto wish = wishes.begin();
-  for (const RankMessage& message : slots)
+  for (const RankMessage& message : slots) {
+    expect_number(comm, pools, message.rank, message.words.front(), version_);
     for (std::size_t at = 1; at < message.words.size(); ++at, ++wish) {
       if (message.words[at] < 0) continue;
       add_ids(static_cast<LocalIndex>(tiles_.size()), wish->mask, neighbour(message.rank).received);
       tiles_.push_back(wish->tile);
     }
+  }
   for (auto& [rank, known] : by_rank) neighbours_.push_back(std::move(known));
 }
 
@@ -404,9 +408,10 @@ void exchange_counts(const Comm& comm, const CellGrid& grid, std::vector<std::in
     for (const LocalIndex id : known.wanted) message.words.push_back(counts[static_cast<std::size_t>(id)]);
     received.push_back({known.rank, std::vector<std::int64_t>(1 + known.received.size())});
   }
-  exchange_messages(comm, message_tag::cells, grid.version(), sent, received);
+  exchange_messages(comm, message_tag::cells, sent, received);
   auto message = received.begin();
   for (const CellGrid::Neighbour& known : grid.neighbours()) {
+    expect_number(comm, pools, known.rank, message->words.front(), grid.version());
     auto count = message++->words.begin() + 1;
     for (const LocalIndex id : known.received) counts[static_cast<std::size_t>(id)] = static_cast<std::int32_t>(*count++);
   }
@@ -456,7 +461,7 @@ void CellHalo::exchange(const Comm& comm, double* values, int width) {
   from = in_.data();
   for (const Neighbour& neighbour : neighbours_) {
     if (neighbour.received.empty()) continue;
-    expect_version(comm, neighbour.rank, static_cast<std::int64_t>(*from++), version_);
+    expect_number(comm, pools, neighbour.rank, static_cast<GlobalIndex>(*from++), version_);
     for (const LocalIndex n : neighbour.received) {
       std::copy_n(from, w, values + static_cast<std::size_t>(n) * w);
       from += w;

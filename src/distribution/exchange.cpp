@@ -1,7 +1,5 @@
 #include "distribution/exchange.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -182,10 +180,7 @@ bool Exchange::trade_plans(const Neighbours& neighbours) {
     BULKLEY_MPI(MPI_Get_count(&status, MPI_INT64_T, &size));
     message.resize(static_cast<std::size_t>(size));
     BULKLEY_MPI(MPI_Mrecv(message.data(), size, MPI_INT64_T, &handle, MPI_STATUS_IGNORE));
-    if (message[0] != neighbours.generation())
-      abort_all_ranks(fmt::format("rank {} follows map {}, rank {} map {}: nodes cannot be exchanged", rank, message[0],
-                                  comm_.rank(), neighbours.generation()),
-                      __FILE__, __LINE__);
+    expect_number(comm_, "map", rank, message[0], neighbours.generation());
     Link& link = link_to(rank);
     if (message[1] == link.in_plan) continue;
     any_new = true;
@@ -318,10 +313,7 @@ void Exchange::exchange_along(const Direction& direction, Fill fill, Local local
   for (const Link& link : links_) {
     const std::size_t size = size_of(link.*direction.n_received);
     if (size == 0) continue;
-    if (arrived[0] != static_cast<double>(link.*direction.received_plan))
-      abort_all_ranks(fmt::format("rank {} sends nodes of plan {:.0f}, but plan {} is known of it", link.rank, arrived[0],
-                                  link.*direction.received_plan),
-                      __FILE__, __LINE__);
+    expect_number(comm_, "plan", link.rank, static_cast<GlobalIndex>(arrived[0]), link.*direction.received_plan);
     take(link, arrived + 1);
     arrived += size;
   }

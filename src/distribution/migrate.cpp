@@ -1,7 +1,5 @@
 #include "distribution/migrate.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cstring>
 #include <new>
@@ -125,9 +123,7 @@ LocalIndex exchange_particles(const Comm& comm, const Neighbours& neighbours, st
     const std::vector<std::byte> message = receive(comm, rank, bytes_per_particle);
     Header header;
     std::memcpy(&header, message.data(), sizeof header);
-    if (header.generation != neighbours.generation())
-      throw RunError(fmt::format("rank {} sends particles by map {}, rank {} follows map {}", rank, header.generation,
-                                 comm.rank(), neighbours.generation()));
+    expect_number(comm, "map", rank, header.generation, neighbours.generation());
     if (header.n_particles == 0) continue;
     const LocalIndex first = particles.size();
     particles.resize(ParticleSet::checked_size(first + header.n_particles));

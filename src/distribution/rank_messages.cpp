@@ -1,7 +1,5 @@
 #include "distribution/rank_messages.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <thread>
 
@@ -57,8 +55,7 @@ std::vector<RankMessage> sparse_exchange(const Comm& comm, const std::vector<Ran
   return received;
 }
 
-void exchange_messages(const Comm& comm, int tag, std::int64_t version, const std::vector<RankMessage>& sent,
-                       std::vector<RankMessage>& received) {
+void exchange_messages(const Comm& comm, int tag, const std::vector<RankMessage>& sent, std::vector<RankMessage>& received) {
   std::vector<MPI_Request> requests;
   for (RankMessage& message : received)
     BULKLEY_MPI(MPI_Irecv(message.words.data(), static_cast<int>(message.words.size()), MPI_INT64_T, message.rank, tag,
@@ -67,14 +64,6 @@ void exchange_messages(const Comm& comm, int tag, std::int64_t version, const st
     BULKLEY_MPI(MPI_Isend(message.words.data(), static_cast<int>(message.words.size()), MPI_INT64_T, message.rank, tag,
                           comm.get(), &requests.emplace_back()));
   BULKLEY_MPI(MPI_Waitall(static_cast<int>(requests.size()), requests.data(), MPI_STATUSES_IGNORE));
-  for (const RankMessage& message : received) expect_version(comm, message.rank, message.words.front(), version);
-}
-
-void expect_version(const Comm& comm, int rank, std::int64_t theirs, std::int64_t ours) {
-  if (theirs != ours)
-    abort_all_ranks(fmt::format("rank {} sends what belongs to version {} of the pools, rank {} has version {}", rank,
-                                theirs, comm.rank(), ours),
-                    __FILE__, __LINE__);
 }
 
 }  // namespace bulkley

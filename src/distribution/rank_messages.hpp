@@ -18,12 +18,7 @@ struct RankMessage {
 /// messages as there are and two barriers, whatever the number of ranks (Hoefler, Siebert, Lumsdaine 2010). Collective.
 std::vector<RankMessage> sparse_exchange(const Comm& comm, const std::vector<RankMessage>& sent);
 
-/// Sends `sent` and fills `received`, whose ranks and sizes say what is to come. The first word of each is the version of what the
-/// message is about: one that comes with another than `version` ends all ranks. Between the ranks named.
-void exchange_messages(const Comm& comm, int tag, std::int64_t version, const std::vector<RankMessage>& sent,
-                       std::vector<RankMessage>& received);
-
-/// Ends all ranks where a message of `rank` has another version than the one that this rank knows. Not collective.
-void expect_version(const Comm& comm, int rank, std::int64_t theirs, std::int64_t ours);
+/// Sends `sent` and fills `received`, whose ranks and sizes say what is to come. Between the ranks named.
+void exchange_messages(const Comm& comm, int tag, const std::vector<RankMessage>& sent, std::vector<RankMessage>& received);
 
 }  // namespace bulkley

@@ -103,6 +103,14 @@ void abort_all_ranks(const std::string& message, const char* file, int line) {
   std::_Exit(static_cast<int>(ExitCode::failed));
 }
 
+void expect_number(const Comm& comm, const char* what, int rank, GlobalIndex theirs, GlobalIndex ours,
+                   const std::source_location& place) {
+  if (theirs != ours)
+    abort_all_ranks(fmt::format("rank {} sends what belongs to {} {}, but rank {} is at {} {}", rank, what, theirs,
+                                comm.rank(), what, ours),
+                    place.file_name(), static_cast<int>(place.line()));
+}
+
 AbortHook::AbortHook(std::function<std::string(const std::string&)> work) { abort_work = std::move(work); }
 AbortHook::~AbortHook() { abort_work = nullptr; }
 

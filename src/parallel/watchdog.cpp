@@ -24,7 +24,7 @@ constexpr int most_starts = 60;
 constexpr std::chrono::milliseconds look_interval{100};
 // A look that comes as much later than it should was held up with the whole process, as by SIGSTOP.
 constexpr std::chrono::seconds stopped_for{3};
-constexpr std::chrono::seconds last_act_limit{1};
+constexpr std::chrono::seconds last_act_limit{5};
 // A rank that has been told to stop is perhaps being ended by the launcher already, because another has spoken.
 constexpr std::chrono::seconds time_to_be_ended{5};
 

@@ -22,7 +22,7 @@ struct Candidate {
 
 CutTree bisected_together(const Comm& comm, const GridGeometry& grid, Cutting cutting, std::vector<TileRecord>& records,
                           const KeptCuts& kept, SentMessages& sent, RankHalves halves) {
-  RankRange range(comm, 0, comm.size(), sent, halves);
+  RankRange range(comm, sent, halves);
   GlobalIndex total = 0;
   for (const TileRecord& record : records) total += record.weight;
   range.combine({&total, 1}, 1);

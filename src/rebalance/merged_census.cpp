@@ -53,7 +53,7 @@ TileCensus merged_census(const Comm& comm, const TileCensus& local, const TileHo
       if (const GlobalIndex count = local.count[t * n_materials + m]; count > 0)
         items.push_back({local.tile[t], static_cast<std::int32_t>(m), count, local.cells[t]});
   }
-  RankRange range(comm, 0, comm.size(), sent);
+  RankRange range(comm, sent);
   range.combine({&all_at_home, 1}, 0);
   for (; all_at_home == 0 && range.size() > 1; range = range.half()) {
     const int end = range.middle();

@@ -1,7 +1,9 @@
 #pragma once
 // What consecutive ranks do together without a communicator of their own: sums, and records that go to one half of them.
 
-#include <bit>
+#include <cstddef>
+#include <cstring>
+#include <functional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -17,11 +19,12 @@ struct SentMessages {
 };
 
 /// The ranks first .. first + size - 1 of a communicator. No communicator is made for them: splitting one costs time and memory
-/// in proportion to all ranks, at every level of a bisection.
+/// in proportion to all ranks, at every level of a bisection. Every message begins with a number that all ranks have drawn for
+/// what they do together: one of something else ends all ranks.
 class RankRange final : public RegionSums {
  public:
-  /// `comm` and `sent`, which counts, must outlive this. This rank is one of them. Not collective.
-  RankRange(const Comm& comm, int first, int size, SentMessages& sent, RankHalves halves = {});
+  /// All ranks of `comm`. It and `sent`, which counts, must outlive this. Collective, without a message.
+  RankRange(const Comm& comm, SentMessages& sent, RankHalves halves = {});
 
   int first() const { return first_; }
   int size() const { return size_; }
@@ -41,49 +44,39 @@ class RankRange final : public RegionSums {
   void divide(std::vector<Item>& items, const Below& below);
 
  private:
-  void send_to_other_half(const void* data, std::size_t bytes, MPI_Request& request);
-  /// Calls room(bytes) for each message from the other half; the message goes where it says.
-  template <class Room>
-  void receive_from_other_half(const Room& room);
+  RankRange(const RankRange& whole, int first, int size);
+  /// A message for the other half: what this is about, then room for `bytes`.
+  std::vector<std::byte> letter(std::size_t bytes) const;
+  void send_to_other_half(const std::vector<std::byte>& letter, MPI_Request& request);
+  /// The messages from the other half, without their beginnings, to `take(bytes, n)`.
+  void receive_from_other_half(const std::function<void(const std::byte*, std::size_t)>& take);
   std::vector<int> sources() const;
 
   const Comm* comm_;
   int first_, size_;
+  GlobalIndex number_;
   RankHalves halves_;
   SentMessages* sent_;
-  std::vector<GlobalIndex> others_;
+  std::vector<GlobalIndex> mine_, others_;  ///< number, values
 };
-
-namespace detail {
-constexpr int range_tag = 11;
-}
 
 template <class Item, class Below>
 void RankRange::divide(std::vector<Item>& items, const Below& below) {
   static_assert(std::is_trivially_copyable_v<Item>);
   std::vector<Item> kept, given;
   for (const Item& item : items) (below(item) == in_lower_half() ? kept : given).push_back(item);
+  std::vector<std::byte> sent = letter(given.size() * sizeof(Item));
+  if (!given.empty())
+    std::memcpy(sent.data() + sent.size() - given.size() * sizeof(Item), given.data(), given.size() * sizeof(Item));
   MPI_Request request = MPI_REQUEST_NULL;
-  send_to_other_half(given.data(), given.size() * sizeof(Item), request);
-  receive_from_other_half([&kept](std::size_t bytes) {
-    const std::size_t n = kept.size();
-    kept.resize(n + bytes / sizeof(Item));
-    return static_cast<void*>(kept.data() + n);
+  send_to_other_half(sent, request);
+  receive_from_other_half([&kept](const std::byte* bytes, std::size_t n) {
+    const std::size_t n_kept = kept.size();
+    kept.resize(n_kept + n / sizeof(Item));
+    if (n > 0) std::memcpy(kept.data() + n_kept, bytes, n);
   });
   BULKLEY_MPI(MPI_Wait(&request, MPI_STATUS_IGNORE));
   items = std::move(kept);
-}
-
-template <class Room>
-void RankRange::receive_from_other_half(const Room& room) {
-  for (const int source : sources()) {
-    MPI_Message message;
-    MPI_Status status;
-    int bytes = 0;
-    BULKLEY_MPI(MPI_Mprobe(source, detail::range_tag, comm_->get(), &message, &status));
-    BULKLEY_MPI(MPI_Get_count(&status, MPI_BYTE, &bytes));
-    BULKLEY_MPI(MPI_Mrecv(room(static_cast<std::size_t>(bytes)), bytes, MPI_BYTE, &message, &status));
-  }
 }
 
 }  // namespace bulkley

@@ -24,9 +24,9 @@ constexpr double slow_steps = 20.0;
 constexpr double time_to_tell = 60.0;
 
 // status.json says why the run ends, by the watchdog's thread.
-auto last_act_of(const RunOptions& options, const Comm& comm) {
-  return [folder = options.folder, rank = comm.rank()](const std::string& sentence) {
-    mark_unresponsive_alone(folder, sentence, rank);
+auto last_act_of(const Run& run) {
+  return [folder = run.options.folder, started = run.progress.started, rank = run.comm.rank()](const std::string& sentence) {
+    mark_unresponsive_alone(folder, sentence, started, rank);
   };
 }
 
@@ -39,6 +39,7 @@ Run::Run(const Comm& run_comm, const Scene& run_scene, const RunOptions& run_opt
       progress(progress_at_start(comm, scene, options)),
       watchdog(comm) {
   clock.start = last_checkpoint.wall_time = MPI_Wtime();
+  progress.started = broadcast_text(comm, time_stamp());
   for (const NamedMaterial& material : scene.materials)
     if (!material.caveat.empty()) warn(fmt::format("material '{}': {}", material.name, material.caveat));
   const GlobalIndex restart_step = options.restart ? restore() : start();
@@ -122,7 +123,7 @@ GlobalIndex Run::restore() {
   last_checkpoint.file = file;
   last_checkpoint.step = state.step;
   progress.checkpoint_time = state.time;
-  remove_checkpoints_after(comm, options.folder, state.step);
+  remove_checkpoints_after(comm, options.folder, state.step, scene.checkpoint.keep);
   root_guard(comm, [&] { write_text_atomically(path_in(options.folder, "scene.toml"), scene.effective_text); });
   log(fmt::format("continuing from {} at step {}, t = {:g} s", file, state.step, state.time));
   return state.step;
@@ -139,7 +140,7 @@ Watchdog::Watch Run::watch_restart() {
                                "file system or another rank does not answer",
                                from, limit, rank, n_ranks);
                          },
-                         [=] { return fmt::format(", starting from {}", from); }, last_act_of(options, comm)});
+                         [=] { return fmt::format(", starting from {}", from); }, last_act_of(*this)});
 }
 
 Watchdog::Watch Run::watch_write(const std::string& file) {
@@ -152,7 +153,7 @@ Watchdog::Watch Run::watch_write(const std::string& file) {
                                "file system or another rank does not answer; {}",
                                file, limit, rank, n_ranks, hint);
                          },
-                         [=] { return fmt::format(", writing '{}'; {}", file, hint); }, last_act_of(options, comm)});
+                         [=] { return fmt::format(", writing '{}'; {}", file, hint); }, last_act_of(*this)});
 }
 
 Watchdog::Watch Run::watch_step() {
@@ -169,7 +170,7 @@ Watchdog::Watch Run::watch_step() {
              step, limit, rank, n_ranks, current_phase(times), hint);
        },
        [=, &times] { return fmt::format(", in step {}, in the phase {}; {}", step, current_phase(times), hint); },
-       last_act_of(options, comm)});
+       last_act_of(*this)});
 }
 
 void Run::begin_energy_budget() {

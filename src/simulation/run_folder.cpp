@@ -50,17 +50,19 @@ void prepare_folder(const Comm& comm, const RunOptions& options) {
                       "ranks must share its disk",
                       options.folder, comm.rank()));
   });
-  if (!options.restart) remove_checkpoints_after(comm, options.folder, -1);
+  if (!options.restart) remove_checkpoints_after(comm, options.folder, -1, 1);
+}
+
+void write_set_up_failure_alone(const Comm& comm, const Scene& scene, const RunOptions& options, const std::string& reason) {
+  if (options.restart && mark_failed_alone(options.folder, reason)) return;
+  Status status{RunState::failed, 0, 0.0, "", reason, progress_at_start(comm, scene, options)};
+  status.in_set_up = true;
+  write_status_alone(options.folder, status);
 }
 
 void write_set_up_failure(const Comm& comm, const Scene& scene, const RunOptions& options, const std::string& reason) {
   try {
-    root_guard(comm, [&] {
-      if (options.restart && mark_failed_alone(options.folder, reason)) return;
-      Status status{RunState::failed, 0, 0.0, "", reason, progress_at_start(comm, scene, options)};
-      status.in_set_up = true;
-      write_status_alone(options.folder, status);
-    });
+    root_guard(comm, [&] { write_set_up_failure_alone(comm, scene, options, reason); });
   } catch (const RunError&) {
     log_line(comm, fmt::format("{} could not be written", path_in(options.folder, "status.json")));
   }

@@ -263,6 +263,7 @@ RunProgress progress_at_start(const Comm& comm, const Scene& scene, const RunOpt
     progress.continuation = fmt::format("mpirun -n {} {}", comm.size(), options.continuation);
   std::array<char, 256> host{};  // ends with a zero: gethostname may not write one
   if (::gethostname(host.data(), host.size() - 1) == 0) progress.host = host.data();
+  progress.started = time_stamp();
   progress.n_ranks = comm.size();
   progress.end_time = scene.time_stepping.end_time;
   progress.warnings = scene.warnings;

@@ -17,6 +17,7 @@ namespace bulkley {
 namespace {
 
 constexpr double cells_around_failure = 6.0;
+constexpr std::chrono::milliseconds time_of_root{300};  // for its words, if it aborts, too
 
 // Writes the particles near the place of the failure, as they are now, with all they hold; says where. Collective.
 std::string save_neighbourhood(Run& run, const StepFailure& failure) {
@@ -41,11 +42,19 @@ std::string save_neighbourhood(Run& run, const StepFailure& failure) {
   return fmt::format("what is around is saved in {}", file);
 }
 
-// An abort comes from one rank alone. The root goes first: it usually fails, too, and two would write the same file.
+// As on_abort, before there is a run.
+std::string on_abort_in_set_up(const Comm& comm, const Scene& scene, const RunOptions& options, const std::string& message) {
+  if (!comm.is_root()) std::this_thread::sleep_for(time_of_root);
+  write_set_up_failure_alone(comm, scene, options, message);
+  return {};
+}
+
+// An abort comes from one rank alone. The root goes first: it usually fails, too, and the first word stays.
 std::string on_abort(const Run& run, const std::string& message) {
-  if (!run.comm.is_root()) std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  if (!run.comm.is_root()) std::this_thread::sleep_for(time_of_root);
   std::string text = fmt::format("; {}", run.checkpoint_hint());
-  write_status_alone(run.options.folder, run.status(RunState::failed, message + text));
+  if (!says_failed(run.options.folder, run.progress.started))
+    write_status_alone(run.options.folder, run.status(RunState::failed, message + text));
   return text;
 }
 
@@ -68,6 +77,9 @@ RunOutcome run_simulation(const Comm& comm, const Scene& scene, const RunOptions
   check_petsc_options(comm, scene);
   prepare_folder(comm, options);
   std::unique_ptr<Run> run;
+  const AbortHook hook([&](const std::string& message) {
+    return run ? on_abort(*run, message) : on_abort_in_set_up(comm, scene, options, message);
+  });
   try {
     run = std::make_unique<Run>(comm, scene, options);
   } catch (const RunError& error) {  // the same on every rank
@@ -78,7 +90,6 @@ RunOutcome run_simulation(const Comm& comm, const Scene& scene, const RunOptions
     if (!options.restart) write_set_up_failure(comm, scene, options, error.what());
     throw;
   }
-  const AbortHook hook([&](const std::string& message) { return on_abort(*run, message); });
   try {
     return run_to_end(*run);
   } catch (const StepFailure& failure) {  // the same on every rank

@@ -70,7 +70,9 @@ template <class Make>
 void expect_tree(const Comm& comm, const CutTree& tree, const Make& make) {
   const auto hash = static_cast<GlobalIndex>(TileMap(tree).fingerprint() >> 1);
   EXPECT_EQ(min_global(comm, hash), max_global(comm, hash));
-  if (comm.is_root()) EXPECT_EQ(tree, make());
+  if (comm.is_root()) {
+    EXPECT_EQ(tree, make());
+  }
 }
 
 struct NamedLoad {

@@ -144,9 +144,16 @@ TEST_F(Checkpoint, KeepsTheNewestAndCleansUp) {
   write(15, 50, 1);  // after going back: later steps are not ours to count
   EXPECT_TRUE(folder.has("checkpoint_000000015.h5"));
   EXPECT_TRUE(folder.has("checkpoint_000000030.h5"));
-  EXPECT_EQ(remove_checkpoints_after(comm, folder.path(), 15), 2);
+  EXPECT_EQ(remove_checkpoints_after(comm, folder.path(), 15, 2), 2);
   EXPECT_FALSE(folder.has("checkpoint_000000030.xdmf"));
   EXPECT_TRUE(folder.has("checkpoint_000000015.h5"));
+
+  for (const GlobalIndex step : {16, 17}) write(step, 50, 3);  // as if the writer had been killed before it could remove any
+  EXPECT_EQ(remove_checkpoints_after(comm, folder.path(), 17, 2), 0);
+  EXPECT_FALSE(folder.has("checkpoint_000000015.h5"));
+  EXPECT_FALSE(folder.has("checkpoint_000000015.xdmf"));
+  EXPECT_TRUE(folder.has("checkpoint_000000016.h5"));
+  EXPECT_TRUE(folder.has("checkpoint_000000017.h5"));
 }
 
 TEST_F(Checkpoint, LatestPassesOverDamagedOnes) {

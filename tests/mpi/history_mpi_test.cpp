@@ -81,6 +81,7 @@ TEST_F(HistoryFile, CannotOpenIsAnErrorEverywhere) {
 TEST_F(HistoryFile, StatusIsJson) {
   RunProgress progress;
   progress.title = "Splash";
+  progress.started = "noon";
   progress.n_ranks = 3;
   progress.elapsed = 7.5;
   progress.pressure = {12.5, 31, 1.0};
@@ -99,7 +100,7 @@ TEST_F(HistoryFile, StatusIsJson) {
       "  \"longest_silence\": 660.0,\n"
       "  \"pressure_iterations\": 12.5,\n  \"pressure_iterations_max\": 31,\n  \"contact_rounds\": 1.0,\n"
       "  \"viscosity_iterations\": 6.5,\n  \"viscosity_iterations_max\": 9,\n  \"volume_error\": 0.25,\n"
-      "  \"continuation\": \"\",\n  \"host\": \"\",\n"
+      "  \"continuation\": \"\",\n  \"host\": \"\",\n  \"started\": \"noon\",\n"
       "  \"program\": \"\",\n  \"phases\": [\n    {\n      \"name\": \"p2g\",\n      \"mean\": 1.5,\n      \"largest\": "
       "2.0\n    }\n  ],\n"
       "  \"warnings\": [\n    \"one\",\n    \"two\"\n  ]\n}\n");
@@ -115,6 +116,30 @@ TEST_F(HistoryFile, StatusTellsThatItIsOfASetUpOnlyWhereItIs) {
   status.in_set_up = true;
   write_status(comm, folder.path(), status);
   EXPECT_NE(text_of("status.json").find("\"failed_in_set_up\": true"), std::string::npos);
+}
+
+// The first word about a part of a run stays, and one about an earlier part does not count.
+TEST_F(HistoryFile, FirstWordAboutAFailureStays) {
+  RunProgress progress;
+  progress.started = "noon";
+  write_status(comm, folder.path(), {RunState::failed, 12, 0.5, "", "the cause", progress});
+  root_guard(comm, [&] {
+    EXPECT_TRUE(says_failed(folder.path(), "noon"));
+    EXPECT_FALSE(says_failed(folder.path(), "evening"));
+    mark_unresponsive_alone(folder.path(), "what follows", "noon", 1);
+  });
+  EXPECT_NE(text_of("status.json").find("the cause"), std::string::npos);
+  EXPECT_EQ(text_of("status.json").find("unresponsive"), std::string::npos);
+  root_guard(comm, [&] {
+    mark_unresponsive_alone(folder.path(), "another part", "evening", 1);
+    EXPECT_TRUE(says_failed(folder.path(), "evening"));
+    mark_unresponsive_alone(folder.path(), "what follows", "evening", 0);
+  });
+  EXPECT_NE(text_of("status.json").find("another part"), std::string::npos);
+  EXPECT_NE(text_of("status.json").find("\"unresponsive\": true"), std::string::npos);
+  progress.started = "night";
+  write_status(comm, folder.path(), {RunState::running, 13, 0.5, "", "", progress});
+  root_guard(comm, [&] { EXPECT_FALSE(says_failed(folder.path(), "night")); });
 }
 
 TEST_F(HistoryFile, MarkedAsFailedKeepsTheRest) {

@@ -72,7 +72,9 @@ TEST(SpeakingOrder, AFirstRankOfEveryNodeComesEarlyAndAlone) {
         EXPECT_LE(place, 8) << rank;
         EXPECT_EQ(of_place.count(place), 0u) << rank;
       }
-      if (rank == 1) EXPECT_EQ(place, 1);
+      if (rank == 1) {
+        EXPECT_EQ(place, 1);
+      }
       ++of_place[place];
     }
     EXPECT_EQ(speaking_order(0, n_ranks, ranks_per_node), 0);

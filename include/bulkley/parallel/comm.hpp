@@ -4,6 +4,7 @@
 #include <mpi.h>
 
 #include <functional>
+#include <source_location>
 #include <string>
 
 #include "bulkley/base/error.hpp"
@@ -18,6 +19,12 @@ void check_mpi(int code, const char* call, const char* file, int line);
 /// Prints `message` with rank, file and line to stderr and ends every rank with exit code 3 through MPI_Abort.
 /// Not collective.
 [[noreturn]] void abort_all_ranks(const std::string& message, const char* file, int line);
+
+class Comm;
+/// Ends all ranks where a message that came from `rank` belongs to another map, plan or piece of work, `what`, than the one that this
+/// rank is at. Not collective.
+void expect_number(const Comm& comm, const char* what, int rank, GlobalIndex theirs, GlobalIndex ours,
+                   const std::source_location& place = std::source_location::current());
 
 /// While it lives, abort_all_ranks calls `work` with its message before it ends the ranks, and adds what it returns to the
 /// message; on the rank that aborts only, so `work` must not communicate. One at a time.
@@ -43,8 +50,12 @@ class Comm {
   int rank() const { return rank_; }
   int size() const { return size_; }
   bool is_root() const { return rank_ == 0; }
+  /// 1, 2, 3, ...: a name for what all ranks are about to do together, to be told in their messages. Not collective, but every rank
+  /// must draw at the same points.
+  GlobalIndex draw_number() const { return ++n_drawn_; }
 
  private:
+  mutable GlobalIndex n_drawn_ = 0;
   MPI_Comm comm_ = MPI_COMM_NULL;
   int rank_ = 0;
   int size_ = 1;

@@ -124,7 +124,8 @@ void remove_old(const std::string& folder, GlobalIndex step, int keep) {
   std::vector<std::string> names = numbered_files(folder, prefix, ".h5");
   // Later steps are another run's; they are not to push out this run's.
   std::erase_if(names, [&](const std::string& name) { return number_in(name, prefix) > step; });
-  for (std::size_t i = 0; i + static_cast<std::size_t>(keep) < names.size(); ++i) remove_checkpoint(folder, names[i]);
+  const auto n_kept = static_cast<std::size_t>(std::max(keep, 1));
+  for (std::size_t i = 0; i + n_kept < names.size(); ++i) remove_checkpoint(folder, names[i]);
 }
 
 std::vector<std::string> other_arrays(const Hdf5Reader& file) {
@@ -276,7 +277,7 @@ void write_checkpoint(const Comm& comm, const std::string& folder, const Checkpo
   write_array_file(comm, file, content);
   root_guard(comm, [&] {
     write_sidecar(file, range.total);
-    remove_old(folder, header.step, std::max(keep, 1));
+    remove_old(folder, header.step, keep);
   });
 }
 
@@ -350,7 +351,7 @@ std::optional<std::string> read_latest_checkpoint(const Comm& comm, const std::s
   return std::nullopt;
 }
 
-int remove_checkpoints_after(const Comm& comm, const std::string& folder, GlobalIndex step) {
+int remove_checkpoints_after(const Comm& comm, const std::string& folder, GlobalIndex step, int keep) {
   int n_removed = 0;
   root_guard(comm, [&] {
     for (const std::string& name : numbered_files(folder, prefix, ".h5")) {
@@ -361,6 +362,7 @@ int remove_checkpoints_after(const Comm& comm, const std::string& folder, Global
         complete_sidecar(path_in(folder, name));
       }
     }
+    remove_old(folder, step, keep);
   });
   BULKLEY_MPI(MPI_Bcast(&n_removed, 1, MPI_INT, 0, comm.get()));
   return n_removed;

@@ -81,9 +81,9 @@ std::optional<std::string> read_latest_checkpoint(const Comm& comm, const std::s
                                                   const std::function<void(const std::string& file)>& read);
 
 /// Removes checkpoints (and sidecars) of steps greater than `step`: after a restart from an older one, or a fresh start
-/// (step = -1) in a used folder, they belong to another run. Those that stay get the sidecar that a killed writer owes them.
-/// Returns how many were removed. Collective.
-int remove_checkpoints_after(const Comm& comm, const std::string& folder, GlobalIndex step);
+/// (step = -1) in a used folder, they belong to another run. Then does what a killed writer has left undone: of the others the
+/// `keep` newest stay, each with its sidecar. Returns how many later ones were removed. Collective.
+int remove_checkpoints_after(const Comm& comm, const std::string& folder, GlobalIndex step, int keep);
 
 /// What a checkpoint or frame holds, as human-readable text; verifies all its checksums. Throws RunError. Collective.
 std::string describe_file(const Comm& comm, const std::string& file);

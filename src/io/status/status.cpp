@@ -1,8 +1,10 @@
 #include "io/status/status.hpp"
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <sys/resource.h>
 
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -58,6 +60,7 @@ Json status_json(const Status& s) {
           {"volume_error", p.volume_error},
           {"continuation", p.continuation},
           {"host", p.host},
+          {"started", p.started},
           {"program", p.program},
           {"phases", phases_json(p.phases)},
           {"warnings", p.warnings}};
@@ -98,11 +101,26 @@ bool mark_failed_alone(const std::string& folder, const std::string& reason) {
   return true;
 }
 
-void mark_unresponsive_alone(const std::string& folder, const std::string& reason, int rank) {
+namespace {
+
+bool is_failed(const Json& status, const std::string& started) {
+  return status.is_object() && status.value("state", "") == name(RunState::failed) && status.value("started", "") == started;
+}
+
+}  // namespace
+
+bool says_failed(const std::string& folder, const std::string& started) {
+  const std::string path = path_in(folder, "status.json");
+  std::error_code error;
+  return std::filesystem::exists(path, error) && is_failed(Json::parse(read_text(path), nullptr, false), started);
+}
+
+void mark_unresponsive_alone(const std::string& folder, const std::string& reason, const std::string& started, int rank) {
   const std::string path = path_in(folder, "status.json");
   Json status = Json::parse(read_text(path), nullptr, false);
   if (!status.is_object()) throw RunError(fmt::format("{} is not a status", path));
-  if (status.value("unresponsive", false)) return;
+  if (is_failed(status, started)) return;
+  status["started"] = started;
   status["state"] = name(RunState::failed);
   status["reason"] = reason;
   status["unresponsive"] = true;
@@ -111,6 +129,12 @@ void mark_unresponsive_alone(const std::string& folder, const std::string& reaso
 
 void write_status(const Comm& comm, const std::string& folder, const Status& status) {
   root_guard(comm, [&] { write_status_alone(folder, status); });
+}
+
+std::string time_stamp() {
+  const auto now = std::chrono::floor<std::chrono::microseconds>(std::chrono::system_clock::now());
+  const auto seconds = std::chrono::floor<std::chrono::seconds>(now);
+  return fmt::format("{:%FT%T}.{:06}Z", fmt::gmtime(std::chrono::system_clock::to_time_t(seconds)), (now - seconds).count());
 }
 
 std::size_t peak_resident_bytes() {

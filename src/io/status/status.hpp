@@ -31,6 +31,7 @@ struct RunProgress {
   std::string title;    ///< of the scene
   std::string program;  ///< what `bulkley --version` prints
   std::string host;     ///< of the root
+  std::string started;  ///< when this part began, UTC to the microsecond, the same on every rank: tells it from other parts
   int n_ranks = 0;      ///< 0: not known yet
   GlobalIndex n_particles = 0;
   double end_time = 0.0;         ///< s
@@ -71,10 +72,17 @@ void write_status_alone(const std::string& folder, const Status& status);
 /// an earlier part. False if there is no status. Throws RunError. Not collective.
 bool mark_failed_alone(const std::string& folder, const std::string& reason);
 
+/// Whether the status.json of `folder` says already why the part that began at `started` has failed. Who knows the cause speaks first;
+/// that others end is what follows from it. Not collective.
+bool says_failed(const std::string& folder, const std::string& started);
+
 /// Turns the status.json of `folder` into that of a run that failed because a rank or the machine did not answer: state
-/// "failed", `reason`, and "unresponsive": true, from which job scripts know that it can go on from its checkpoint;
-/// nothing if it is that already. By `rank` alone; others may do so at once. Throws RunError. Not collective.
-void mark_unresponsive_alone(const std::string& folder, const std::string& reason, int rank);
+/// "failed", `reason`, `started`, and "unresponsive": true, from which job scripts know that it can go on from its checkpoint;
+/// nothing if says_failed. By `rank` alone; others may do so at once. Throws RunError. Not collective.
+void mark_unresponsive_alone(const std::string& folder, const std::string& reason, const std::string& started, int rank);
+
+/// Now, UTC to the microsecond, as 2026-01-31T12:00:00.000000Z. Not collective.
+std::string time_stamp();
 
 /// Largest memory that this process has occupied so far, bytes. Not collective.
 std::size_t peak_resident_bytes();

@@ -19,6 +19,7 @@ WITHOUT_FRAMES = "output.frame_interval=0"  # of all runs, or of none: steps sho
 # mpirun's daemons find a link dead sooner than a step's limit, or later.
 SOONER = {"time": 1, "intvl": 1, "probes": 1}
 LATER = {"time": 2, "intvl": 2, "probes": 2}
+KILLED = -signal.SIGKILL  # of mpirun itself
 PATIENCE = 30.0  # s, until the last process has ended, on a busy machine
 
 
@@ -47,8 +48,8 @@ class Trials:
         return (self.work / f"{name}.log").read_text(encoding="utf-8")
 
     def trial(self, name, act, speakers, codes, keepalive=LATER):
-        """`act` happens to a run: one of the ranks `speakers` must say what status.json says, mpirun end with one of `codes`, or be
-        killed if there are none."""
+        """`act` happens to a run: one of the ranks `speakers` must say what status.json says, and mpirun end with one of `codes`. What
+        a rank says is printed by mpirun, if that still lives."""
         process = self.begin(name, keepalive)
         before = time.monotonic()
         act()
@@ -64,10 +65,9 @@ class Trials:
         said = SENTENCE.match(status["reason"])
         if status["state"] != "failed" or status.get("unresponsive") is not True or not said or int(said[1]) not in speakers:
             fail(f"{name}: status.json says {status}\n{self.log(name)}")
-        if codes:
-            lines = [line for line in self.log(name).splitlines() if line.startswith("bulkley: ")]
-            if process.returncode not in codes or f"bulkley: {status['reason']}" not in lines:
-                fail(f"{name}: mpirun ended with {process.returncode}\n{self.log(name)}")
+        lines = [line for line in self.log(name).splitlines() if line.startswith("bulkley: ")]
+        if process.returncode not in codes or (process.returncode != KILLED and f"bulkley: {status['reason']}" not in lines):
+            fail(f"{name}: mpirun ended with {process.returncode}\n{self.log(name)}")
         print(f"{name}: all ended {seconds:.1f} s later, mpirun with {process.returncode}: {status['reason']}")
         self.goes_on(name)
 
@@ -83,7 +83,7 @@ class Trials:
     def kill(self):
         # Open MPI's daemons talk: mpirun finds a connection closed, ends the other ranks and has an exit code of its own.
         self.trial("killed", self.group[1].kill, {0}, {3, 205})
-        self.trial("killed_root", self.group[0].kill, {2, 3}, set())
+        self.trial("killed_root", self.group[0].kill, {2, 3}, {KILLED})
 
     def vanish(self):
         def act():
