@@ -8,7 +8,7 @@
 #   after, script for PBS: what to submit when the run is finished, and what to submit for the next part
 # and then calls
 #   begin_part slurm          # or pbs; ends the job if nothing can or need be done, else sets the array part_options
-#   srun ... bulkley run SCENE --out "$folder" "${part_options[@]}"
+#   launch srun ... bulkley run SCENE --out "$folder" "${part_options[@]}"      # or mpirun
 #   end_part $?               # ends the job, after requesting the next part if one must follow
 #
 # The job's exit code is 0 if and only if the run is finished, so that --dependency=afterok works.
@@ -159,8 +159,8 @@ begin_part() {
   say "part $(n_parts) of the run in $folder, from step $start_step: ${part_options[*]}"
 }
 
-# mpirun may wait for a node that is gone when all ranks it can reach have ended. Watches process $1, and kills it a while after this
-# part of the run has said that a rank does not answer.
+# mpirun may wait for a node that is gone when all ranks it can reach have ended, and srun waits for a rank that neither runs nor ends.
+# Watches process $1, and kills it a while after this part of the run has said that a rank does not answer.
 end_if_unresponsive() {
   while sleep "${launcher_patience:-60}" && kill -0 "$1"; do
     if [[ ! "$folder/status.json" -nt "$folder/parts.txt" ]] || ! is_unresponsive; then continue; fi
@@ -169,9 +169,9 @@ end_if_unresponsive() {
   done
 }
 
-# For mpirun, which the batch system's signal cannot reach: runs a command and forwards SIGUSR1 to it, also one that comes while the
-# command is being started. Returns its exit code.
-forward_signal() {
+# Runs mpirun or srun, and ends it where a rank does not answer. Forwards SIGUSR1, which the batch system sends to the script where the
+# ranks are mpirun's, also one that comes while the command is being started. Returns the command's exit code.
+launch() {
   local pid="" signalled="" code guard
   trap 'signalled=yes; [[ -z "$pid" ]] || kill -USR1 "$pid" 2>/dev/null' USR1
   "$@" &
@@ -189,6 +189,8 @@ forward_signal() {
   trap : USR1
   return "$code"
 }
+
+forward_signal() { launch "$@"; }  # its name in scripts of earlier versions
 
 finish() {
   say "finished at step $1"

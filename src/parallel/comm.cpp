@@ -36,13 +36,13 @@ std::string broadcast_text_from(const Comm& comm, int source, std::string text) 
   return text;
 }
 
-std::function<std::string(const std::string&)> abort_work;
+AbortHook::Work abort_work;
 
 // What the run in progress has to say to its abort; nothing if that fails in turn.
-std::string abort_words(const std::string& message) {
+std::string abort_words(const std::string& message, Fault fault) {
   if (!abort_work) return {};
   try {
-    return std::exchange(abort_work, nullptr)(message);  // an abort inside it must not call it again
+    return std::exchange(abort_work, nullptr)(message, fault);  // an abort inside it must not call it again
   } catch (const std::exception&) {
     return {};
   }
@@ -82,10 +82,10 @@ void check_mpi(int code, const char* call, const char* file, int line) {
   char text[MPI_MAX_ERROR_STRING] = "unknown error code";
   int length = 0;
   MPI_Error_string(code, text, &length);
-  abort_all_ranks(fmt::format("{} failed: {}", call, text), file, line);
+  abort_all_ranks(fmt::format("{} failed: {}", call, text), file, line, Fault::machine);
 }
 
-void abort_all_ranks(const std::string& message, const char* file, int line) {
+void abort_all_ranks(const std::string& message, const char* file, int line, Fault fault) {
   int running = 0, finalized = 0;
   MPI_Initialized(&running);
   MPI_Finalized(&finalized);
@@ -97,7 +97,8 @@ void abort_all_ranks(const std::string& message, const char* file, int line) {
   const MPI_Comm all = PETSC_COMM_WORLD != MPI_COMM_NULL ? PETSC_COMM_WORLD : MPI_COMM_SELF;
   int rank = 0;
   MPI_Comm_rank(all, &rank);
-  std::fprintf(stderr, "bulkley: rank %d: %s%s (%s:%d)\n", rank, message.c_str(), abort_words(message).c_str(), file, line);
+  std::fprintf(stderr, "bulkley: rank %d: %s%s (%s:%d)\n", rank, message.c_str(), abort_words(message, fault).c_str(), file,
+               line);
   std::fflush(nullptr);
   MPI_Abort(all, static_cast<int>(ExitCode::failed));
   std::_Exit(static_cast<int>(ExitCode::failed));
@@ -111,7 +112,7 @@ void expect_number(const Comm& comm, const char* what, int rank, GlobalIndex the
                     place.file_name(), static_cast<int>(place.line()));
 }
 
-AbortHook::AbortHook(std::function<std::string(const std::string&)> work) { abort_work = std::move(work); }
+AbortHook::AbortHook(Work work) { abort_work = std::move(work); }
 AbortHook::~AbortHook() { abort_work = nullptr; }
 
 void install_assert_handler() { assert_handler = report_failed_assert; }

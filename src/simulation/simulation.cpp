@@ -50,11 +50,12 @@ std::string on_abort_in_set_up(const Comm& comm, const Scene& scene, const RunOp
 }
 
 // An abort comes from one rank alone. The root goes first: it usually fails, too, and the first word stays.
-std::string on_abort(const Run& run, const std::string& message) {
+std::string on_abort(const Run& run, const std::string& message, Fault fault) {
   if (!run.comm.is_root()) std::this_thread::sleep_for(time_of_root);
   std::string text = fmt::format("; {}", run.checkpoint_hint());
-  if (!says_failed(run.options.folder, run.progress.started))
-    write_status_alone(run.options.folder, run.status(RunState::failed, message + text));
+  Status status = run.status(RunState::failed, message + text);
+  status.unresponsive = fault == Fault::machine;
+  if (!says_failed(run.options.folder, run.progress.started)) write_status_alone(run.options.folder, status);
   return text;
 }
 
@@ -77,8 +78,8 @@ RunOutcome run_simulation(const Comm& comm, const Scene& scene, const RunOptions
   check_petsc_options(comm, scene);
   prepare_folder(comm, options);
   std::unique_ptr<Run> run;
-  const AbortHook hook([&](const std::string& message) {
-    return run ? on_abort(*run, message) : on_abort_in_set_up(comm, scene, options, message);
+  const AbortHook hook([&](const std::string& message, Fault fault) {
+    return run ? on_abort(*run, message, fault) : on_abort_in_set_up(comm, scene, options, message);
   });
   try {
     run = std::make_unique<Run>(comm, scene, options);

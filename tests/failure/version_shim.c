@@ -1,6 +1,6 @@
-// A message that belongs to something else. Preloaded (LD_PRELOAD) into the program, it adds one to a number in a message of rank
+// A message that belongs to something else, or that cannot be sent. Preloaded (LD_PRELOAD) into the program, it adds one to a number in a message of rank
 // WRONG_RANK: to number WRONG_PLACE (each of 8 bytes, counted from 0) of message WRONG_MESSAGE (counted from 1) among those that have the tag
-// WRONG_TAG and that number.
+// WRONG_TAG and that number. Where the place is -1, MPI_Isend fails instead.
 #include <mpi.h>
 #include <stdlib.h>
 #include <string.h>
@@ -10,7 +10,7 @@ static int number(const char* name) {
   return text ? atoi(text) : -1;
 }
 
-// The message as it is to be sent. A changed one is never freed: it may be under way for long.
+// The message as it is to be sent, NULL: not at all. A changed one is never freed: it may be under way for long.
 static const void* seen(const void* data, int n, MPI_Datatype type, int tag) {
   static int rank = -1, n_seen;
   const int place = number("WRONG_PLACE");
@@ -18,8 +18,9 @@ static const void* seen(const void* data, int n, MPI_Datatype type, int tag) {
   int size = 0;
   PMPI_Type_size(type, &size);
   const size_t bytes = (size_t)n * (size_t)size;
-  if (rank != number("WRONG_RANK") || tag != number("WRONG_TAG") || bytes < 8 * ((size_t)place + 1)) return data;
+  if (rank != number("WRONG_RANK") || tag != number("WRONG_TAG") || bytes < 8 * (size_t)(place + 1)) return data;
   if (++n_seen != number("WRONG_MESSAGE")) return data;
+  if (place < 0) return NULL;
   char* changed = malloc(bytes);
   memcpy(changed, data, bytes);
   char* at = changed + 8 * (size_t)place;
@@ -41,7 +42,8 @@ int MPI_Send(const void* data, int n, MPI_Datatype type, int to, int tag, MPI_Co
   return PMPI_Send(seen(data, n, type, tag), n, type, to, tag, comm);
 }
 int MPI_Isend(const void* data, int n, MPI_Datatype type, int to, int tag, MPI_Comm comm, MPI_Request* request) {
-  return PMPI_Isend(seen(data, n, type, tag), n, type, to, tag, comm, request);
+  const void* message = seen(data, n, type, tag);
+  return message || !data ? PMPI_Isend(message, n, type, to, tag, comm, request) : MPI_ERR_OTHER;
 }
 int MPI_Issend(const void* data, int n, MPI_Datatype type, int to, int tag, MPI_Comm comm, MPI_Request* request) {
   return PMPI_Issend(seen(data, n, type, tag), n, type, to, tag, comm, request);

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """A message that belongs to another map, plan, pool or piece of work than the one that its receiver is at (version_shim.c) ends all ranks at
-once, with a sentence that says so, whatever the message is about."""
+once, with a sentence that says so, whatever the message is about; so does a call of MPI that fails."""
 
 import json
 import pathlib
@@ -33,13 +33,22 @@ CASES = (
 def main():
     arguments = parse_arguments(__doc__, lambda parser: parser.add_argument("--shim", required=True))
     program, work = start(arguments)
-    for number, (about, tag, place, message, settings, named) in enumerate(CASES):
-        out = f"run_{number}"
+
+    def run(out, tag, place, message, settings):
         sets = [word for key in ("output.frame_interval=0", *settings) for word in ("--set", key)]
         environment = {"LD_PRELOAD": arguments.shim, "WRONG_RANK": "1", "WRONG_TAG": str(tag), "WRONG_PLACE": str(place),
                        "WRONG_MESSAGE": str(message)}
-        outcome = program.run(["run", str(SCENES / "splash.toml"), "--out", out, "--max-steps", str(STEPS), *sets], RANKS, work, LIMIT,
-                              environment)
+        return program.run(["run", str(SCENES / "splash.toml"), "--out", out, "--max-steps", str(STEPS), *sets], RANKS, work, LIMIT,
+                           environment)
+
+    def expect_status(about, out, outcome, sentence, unresponsive):
+        status = json.loads((work / out / "status.json").read_text(encoding="utf-8"))
+        if status["state"] != "failed" or not sentence.search(status["reason"]) or status.get("unresponsive", False) != unresponsive:
+            fail(f"{about}: status.json says {status}", outcome)
+
+    for number, (about, tag, place, message, settings, named) in enumerate(CASES):
+        out = f"run_{number}"
+        outcome = run(out, tag, place, message, settings)
         sentence = re.compile(rf"rank 1 sends what belongs to {named} (\d+), but rank (\d) is at {named} (\d+)")
         found = sentence.search(outcome.text)
         if outcome.code != 3 or not found:
@@ -48,9 +57,15 @@ def main():
         if theirs != ours + 1 or rank == 1:
             fail(f"{about}: '{found.group()}'", outcome)
         print(f"{about}: {found.group()}", flush=True)
-        status = json.loads((work / out / "status.json").read_text(encoding="utf-8"))
-        if status["state"] != "failed" or not sentence.search(status["reason"]):
-            fail(f"{about}: status.json says {status}", outcome)
+        expect_status(about, out, outcome, sentence, False)
+
+    # The machine is to blame: job scripts go on from the checkpoint.
+    outcome = run("call", 13, -1, 30, NEW_MAPS)
+    sentence = re.compile(r"MPI_Isend\(.*\) failed: ")
+    if outcome.code != 3 or not sentence.search(outcome.text):
+        fail(f"a call that fails: the run ended with {outcome.code}", outcome)
+    expect_status("a call that fails", "call", outcome, sentence, True)
+    print(f"a call that fails: {sentence.search(outcome.text).group()}...")
 
 
 if __name__ == "__main__":

@@ -26,5 +26,5 @@ cd "$PBS_O_WORKDIR" || exit 2
 begin_part pbs
 # An Open MPI that was built for PBS finds the hosts itself. `qsig -s USR1` ends a part now.
 ranks="$(wc -l <"$PBS_NODEFILE")"
-forward_signal mpirun -n "$ranks" "$program" run "$scene" --out "$folder" "${part_options[@]}" "${options[@]}"
+launch mpirun -n "$ranks" "$program" run "$scene" --out "$folder" "${part_options[@]}" "${options[@]}"
 end_part $?

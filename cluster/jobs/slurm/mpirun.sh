@@ -9,7 +9,7 @@
 #SBATCH --output=%x-%j.log
 #SBATCH --open-mode=append        # all parts of the run write to one log
 #SBATCH --requeue                 # may start again: requested by this script, or by Slurm when a node was lost
-#SBATCH --signal=B:USR1@180       # B: to this shell, for Slurm does not know mpirun's ranks; forward_signal hands it on
+#SBATCH --signal=B:USR1@180       # B: to this shell, for Slurm does not know mpirun's ranks; launch hands it on
 
 scene=scene.toml
 folder=out/scene
@@ -22,5 +22,5 @@ program=bulkley
 . "${BULKLEY_SCRIPTS:?is not set: load the module bulkley, or name the folder that holds job_functions.sh}/job_functions.sh"
 
 begin_part slurm
-forward_signal mpirun -n "$SLURM_NTASKS" "$program" run "$scene" --out "$folder" "${part_options[@]}" "${options[@]}"
+launch mpirun -n "$SLURM_NTASKS" "$program" run "$scene" --out "$folder" "${part_options[@]}" "${options[@]}"
 end_part $?

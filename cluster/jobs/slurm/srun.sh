@@ -22,5 +22,5 @@ program=bulkley
 . "${BULKLEY_SCRIPTS:?is not set: load the module bulkley, or name the folder that holds job_functions.sh}/job_functions.sh"
 
 begin_part slurm
-srun --mpi=pmix "$program" run "$scene" --out "$folder" "${part_options[@]}" "${options[@]}"
+launch srun --mpi=pmix "$program" run "$scene" --out "$folder" "${part_options[@]}" "${options[@]}"
 end_part $?

@@ -26,5 +26,5 @@ program=bulkley
 
 set_options_of_line "$study" "$SLURM_ARRAY_TASK_ID"
 begin_part slurm
-srun --mpi=pmix "$program" run "$scene" --out "$folder" "${part_options[@]}" "${options[@]}" "${set_options[@]}"
+launch srun --mpi=pmix "$program" run "$scene" --out "$folder" "${part_options[@]}" "${options[@]}" "${set_options[@]}"
 end_part $?

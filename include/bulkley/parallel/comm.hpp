@@ -16,9 +16,12 @@ namespace bulkley {
 void check_mpi(int code, const char* call, const char* file, int line);
 #define BULKLEY_MPI(call) ::bulkley::check_mpi((call), #call, __FILE__, __LINE__)
 
+/// What is to blame for an abort: this program or what it was given, or the machine, with which a run can go on from its checkpoint.
+enum class Fault { program, machine };
+
 /// Prints `message` with rank, file and line to stderr and ends every rank with exit code 3 through MPI_Abort.
 /// Not collective.
-[[noreturn]] void abort_all_ranks(const std::string& message, const char* file, int line);
+[[noreturn]] void abort_all_ranks(const std::string& message, const char* file, int line, Fault fault = Fault::program);
 
 class Comm;
 /// Ends all ranks where a message that came from `rank` belongs to another map, plan or piece of work, `what`, than the one that this
@@ -26,11 +29,12 @@ class Comm;
 void expect_number(const Comm& comm, const char* what, int rank, GlobalIndex theirs, GlobalIndex ours,
                    const std::source_location& place = std::source_location::current());
 
-/// While it lives, abort_all_ranks calls `work` with its message before it ends the ranks, and adds what it returns to the
+/// While it lives, abort_all_ranks calls `work` with its message and the fault before it ends the ranks, and adds what it returns to the
 /// message; on the rank that aborts only, so `work` must not communicate. One at a time.
 class AbortHook {
  public:
-  explicit AbortHook(std::function<std::string(const std::string& message)> work);
+  using Work = std::function<std::string(const std::string& message, Fault fault)>;
+  explicit AbortHook(Work work);
   ~AbortHook();
   AbortHook(const AbortHook&) = delete;
   AbortHook& operator=(const AbortHook&) = delete;

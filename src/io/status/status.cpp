@@ -84,6 +84,7 @@ const char* name(RunState state) {
 
 void write_status_alone(const std::string& folder, const Status& status) {
   Json json = status_json(status);
+  if (status.unresponsive) json["unresponsive"] = true;
   if (status.in_set_up) json["failed_in_set_up"] = true;
   write_text_atomically(path_in(folder, "status.json"), json_text(json) + "\n");
 }

@@ -58,7 +58,8 @@ struct Status {
   std::string checkpoint;  ///< newest whole one; empty: none
   std::string reason;      ///< why it stopped or failed; else empty
   RunProgress progress;
-  bool in_set_up = false;  ///< it failed before its first step: the folder holds nothing to continue or to lose
+  bool unresponsive = false;  ///< it failed because of the machine, and can go on from its checkpoint
+  bool in_set_up = false;     ///< it failed before its first step: the folder holds nothing to continue or to lose
 };
 
 /// Writes `folder`/status.json (temporary name, then renamed) from the root's `status`. Throws RunError on every rank.

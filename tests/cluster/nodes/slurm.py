@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
-"""A Slurm of three hosts loses one in the middle of a run on two: Slurm queues the job again by itself, it goes on from its
-checkpoint on the hosts that are left, and ends with the bits of a run on one rank."""
+"""A Slurm of three hosts, and a run on two of them. A rank stops: the run ends itself, and its job queues itself again. A host is lost:
+Slurm queues the job again. Both go on from their checkpoint, the second on the hosts that are left, and end with the bits of a run on one
+rank."""
 
 import getpass
 import json
 import os
 import pathlib
+import signal
 import subprocess
 import sys
 import tempfile
@@ -18,6 +20,7 @@ import slurm_server  # noqa: E402
 from slurm_test import CLUSTER, edited  # noqa: E402
 
 STEPS, SAVED = 400, 60
+TIMEOUT = 4  # s, for a step and for a write
 # Ports may be any: nobody else is on these hosts.
 NODES = """
 SlurmdTimeout=5
@@ -65,12 +68,13 @@ class Slurm(slurm_server.Slurm):
             return subprocess.CompletedProcess(command, 124, "", "no answer within 10 s")
 
 
-def lost_node(program, work, group, slurm):
-    script = work / "job.sh"
-    options = f"(--max-steps {STEPS} --set checkpoint.steps={SAVED} --set output.frame_interval=0)"
-    script.write_text(edited("srun.sh", nodes=2, ntasks_per_node=1, program=program.path, scene=str(SCENE), folder="job",
-                             options=options), encoding="utf-8")
-    number = slurm.submit(work, script.name, BULKLEY_SCRIPTS=str(CLUSTER))
+def trial(name, settings, act, nodes_after, program, work, slurm):
+    """A job on the first two hosts, `act` after its first checkpoint: Slurm starts it twice, and it ends on `nodes_after`."""
+    script = work / f"{name}.sh"
+    words = [f"--set {key}" for key in (f"checkpoint.steps={SAVED}", "output.frame_interval=0", *settings)]
+    script.write_text(edited("srun.sh", nodes=2, ntasks_per_node=1, program=program.path, scene=str(SCENE), folder=name,
+                             options=f"(--max-steps {STEPS} {' '.join(words)})"), encoding="utf-8")
+    number = slurm.submit(work, script.name, BULKLEY_SCRIPTS=str(CLUSTER), launcher_patience="2")
 
     def wait_for(what, met):
         end = time.monotonic() + LIMIT
@@ -79,27 +83,25 @@ def lost_node(program, work, group, slurm):
                 print(slurm.call("scontrol", "show", "job", number).stdout, slurm.call("sinfo").stdout)
                 for log in work.glob("*.log"):
                     print(log.read_text(encoding="utf-8", errors="replace"))
-                fail(f"{what}: not within {LIMIT:.0f} s")
+                fail(f"{name}: {what}: not within {LIMIT:.0f} s")
             time.sleep(0.1)
 
-    wait_for("a checkpoint", lambda: list((work / "job").glob("checkpoint_*.h5")))
+    wait_for("a checkpoint", lambda: list((work / name).glob("checkpoint_*.h5")))
     if slurm.job(number)["NodeList"] != "node[1-2]":
-        fail(f"the job runs on {slurm.job(number)['NodeList']}")
+        fail(f"{name}: the job runs on {slurm.job(number)['NodeList']}")
     before = time.monotonic()
-    group[1].cut()
-    group[1].kill()
+    act()
     wait_for("the job's second start", lambda: slurm.job(number).get("Restarts") == "1")
     wait_for("the job's end", lambda: slurm.job(number)["JobState"] in ("COMPLETED", "FAILED", "CANCELLED"))
     job = slurm.job(number)
-    status = json.loads((work / "job" / "status.json").read_text(encoding="utf-8"))
-    parts = (work / "job" / "parts.txt").read_text(encoding="utf-8").splitlines()
-    if job["JobState"] != "COMPLETED" or job["NodeList"] != "node[1,3]" or status["state"] != "finished" or len(parts) != 2:
-        fail(f"job {job['JobState']} on {job['NodeList']}, {status['state']}, {parts}")
+    status = json.loads((work / name / "status.json").read_text(encoding="utf-8"))
+    parts = (work / name / "parts.txt").read_text(encoding="utf-8").splitlines()
+    if job["JobState"] != "COMPLETED" or job["NodeList"] != nodes_after or status["state"] != "finished" or len(parts) != 2:
+        fail(f"{name}: job {job['JobState']} on {job['NodeList']}, {status['state']}, {parts}")
     start = int(parts[1].split()[-1])
     if not 0 < start < STEPS:
-        fail(f"the second part began at step {start}")
-    print(f"node2 lost, queued again by Slurm, continued from step {start} on node1 and node3, ended {time.monotonic() - before:.0f} s "
-          "later")
+        fail(f"{name}: the second part began at step {start}")
+    print(f"{name}: queued again by Slurm, continued from step {start} on {nodes_after}, ended {time.monotonic() - before:.0f} s later")
 
 
 def main():
@@ -109,9 +111,21 @@ def main():
         with hosts.Hosts(3, work, program.path, program.mpiexec) as group, Slurm(work / "slurm", group) as slurm:
             runs = Runs(program, work, group)
             runs.run([1], "whole", STEPS, "output.frame_interval=0")
-            lost_node(program, work, group, slurm)
-            runs.expect_same("job", STEPS, "whole")
-            print("identical")
+
+
+            def stop_rank():
+                os.kill(max(group[1].processes("bulkley")), signal.SIGSTOP)
+
+            def lose_host():
+                group[1].cut()
+                group[1].kill()
+
+            trial("silent_rank", [f"time.step_timeout={TIMEOUT}", f"checkpoint.timeout={TIMEOUT}"], stop_rank, "node[1-2]", program, work,
+                  slurm)
+            trial("lost_node", [], lose_host, "node[1,3]", program, work, slurm)
+            for name in ("silent_rank", "lost_node"):
+                runs.expect_same(name, STEPS, "whole")
+                print(f"{name}: identical")
     except slurm_server.CannotRun as reason:
         hosts.skip(reason)
 
