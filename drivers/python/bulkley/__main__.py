@@ -14,6 +14,7 @@
 """
 
 import importlib
+import os
 import pathlib
 import sys
 
@@ -41,7 +42,12 @@ def main():
         if name not in CALLED_BY_PROGRAM:
             print(f"{name}: {missing}", file=sys.stderr)
         sys.exit(MODULE_MISSING)
-    tool.main()
+    try:
+        tool.main()
+        sys.stdout.flush()
+    except BrokenPipeError:  # who reads has had enough, like `head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(1)
 
 
 if __name__ == "__main__":
