@@ -1,24 +1,24 @@
 #!/usr/bin/env python3
 """Films of small scenes, and a page of them: runs each scene unless it has been run, and draws it with ParaView.
 
-    docs/gallery/films.py [--ranks N] [--docs] [NAME]...
+    docs/gallery/films.py [--ranks N] [--docs] [--draft] [--out FOLDER] [NAME]...
 
-Films (GIF, below 2 MB each) and the page are out/films/NAME.gif and out/films/index.html. With --docs the films of
-docs/gallery/films.md are drawn as well: WebP below 300 kB in docs/gallery/films. A run that has ended is not repeated: remove
-out/films/runs/NAME to have it again. Run from anywhere, after a build (cluster/quickstart.sh).
+Films (GIF, below 2 MB each) and the page are NAME.gif and index.html in the folder, out/films of the repository by default. With --docs the
+films of docs/gallery/films.md are drawn as well: WebP below 300 kB in docs/gallery/films. --draft: six pictures of the first tenth. A run
+that has ended is not repeated: remove runs/NAME in the folder to have it again. Run from anywhere, after a build (cluster/quickstart.sh).
 """
 
 import argparse
 import html
 import pathlib
 import sys
-from dataclasses import dataclass, field
+import tomllib
+from dataclasses import dataclass, field, replace
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "drivers/python"))
 import bulkley  # noqa: E402
 
-OUT = ROOT / "out/films"
 RATE = 15  # pictures a second
 DOCS_KILOBYTES = 290
 PAGE = """<!DOCTYPE html>
@@ -45,7 +45,15 @@ class Film:
 
     def command(self):
         keys = "".join(f" --set {key}={value}" for key, value in self.sets.items())
-        return f"mpirun -n 2 build/bulkley run drivers/scenes/{self.scene}.toml{keys}"
+        return f"mpirun -n 2 build/bulkley run {self.path().relative_to(ROOT)}{keys}"
+
+    def path(self):
+        return ROOT / f"drivers/scenes/{self.scene}.toml"
+
+    def draft(self):
+        scene = tomllib.loads(self.path().read_text(encoding="utf-8"))
+        end = self.sets.get("time.end", scene["time"]["end"]) / 10.0
+        return replace(self, sets={**self.sets, "time.end": end, "output.frame_interval": end / 5.0})
 
 
 SMALL = {"domain.cell_size": 0.0125}
@@ -67,19 +75,19 @@ FILMS = [
 IN_DOCS = ("first_splash", "bouncing_hare", "magnet")
 
 
-def finished_run(film, ranks):
-    folder = OUT / "runs" / film.name
+def finished_run(film, ranks, out):
+    folder = out / "runs" / film.name
     if folder.is_dir():
         run = bulkley.open_run(folder)
         if run.status["state"] == "finished":
             return run
-    return bulkley.run(ROOT / f"drivers/scenes/{film.scene}.toml", ranks=ranks, out=folder, sets=film.sets, overwrite=True)
+    return bulkley.run(film.path(), ranks=ranks, out=folder, sets=film.sets, overwrite=True)
 
 
-def page():
+def page(films, out):
     figures = [f'<figure><img src="{film.name}.gif" alt="{html.escape(film.words)}"><figcaption>{html.escape(film.words)}<br>'
                f"<code>{html.escape(film.command())}</code></figcaption></figure>\n"
-               for film in FILMS if (OUT / f"{film.name}.gif").is_file()]
+               for film in films if (out / f"{film.name}.gif").is_file()]
     return PAGE.format(figures="".join(figures))
 
 
@@ -87,23 +95,29 @@ def main():
     parser = argparse.ArgumentParser(description="Films of small scenes, and a page of them.")
     parser.add_argument("--ranks", type=int, default=2)
     parser.add_argument("--docs", action="store_true", help="draw those of docs/gallery/films.md as well")
+    parser.add_argument("--draft", action="store_true", help="six pictures of the first tenth")
+    parser.add_argument("--out", type=pathlib.Path, default=ROOT / "out/films", metavar="FOLDER")
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"by default all: {', '.join(film.name for film in FILMS)}")
     options = parser.parse_args()
     unknown = set(options.names) - {film.name for film in FILMS}
     if unknown:
         parser.error(f"there is no film '{min(unknown)}'; there are {', '.join(film.name for film in FILMS)}")
-    for film in FILMS:
+    if options.draft and options.docs:
+        parser.error("drafts are not for the docs: --draft or --docs")
+    films = [film.draft() if options.draft else film for film in FILMS]
+    options.out.mkdir(parents=True, exist_ok=True)
+    for film in films:
         if options.names and film.name not in options.names:
             continue
         print(f"== {film.name}", flush=True)
-        run = finished_run(film, options.ranks)
+        run = finished_run(film, options.ranks, options.out)
         look = ROOT / f"drivers/paraview/looks/{film.look}.toml"
-        print(run.movie(OUT / f"{film.name}.gif", rate=RATE, look=look), flush=True)
+        print(run.movie(options.out / f"{film.name}.gif", rate=RATE, look=look), flush=True)
         if options.docs and film.name in IN_DOCS:
             path = ROOT / f"docs/gallery/films/{film.name}.webp"
             print(run.movie(path, rate=RATE, look=look, largest=DOCS_KILOBYTES), flush=True)
-    (OUT / "index.html").write_text(page(), encoding="utf-8")
-    print(OUT / "index.html")
+    (options.out / "index.html").write_text(page(films, options.out), encoding="utf-8")
+    print(options.out / "index.html")
 
 
 if __name__ == "__main__":
