@@ -114,8 +114,9 @@ choose_start() {
   elif [[ -f "$folder/parts.txt" && ( -f "$folder/status.json" || -f "$folder/history.csv" ) ]]; then
     case "$(status_value state)" in
       finished) say "the run in $folder is finished and has left no checkpoint: nothing to do"; exit 0 ;;
-      # Killed before its first checkpoint, and begun by such a job: nothing in there can be continued.
+      # Ended before its first checkpoint, and begun by such a job: nothing in there can be continued.
       running | "") part_options=(--overwrite) ;;
+      failed) if is_unresponsive; then part_options=(--overwrite); fi ;;
     esac
   fi  # else bulkley refuses a folder that is in use, and prints what can be done
 }

@@ -142,8 +142,10 @@ inline const config::Keys<TimeStepSettings>& keys(config::Of<TimeStepSettings>) 
                {.about = "Whether every step is checked for its deformation, or only trials and steps that come close to "
                          "the limit."})
           .key("step_timeout", &S::step_timeout,
-               {.about = "Wall time after which a step with its output that does not come to its end, because a rank or a "
-                         "node does not answer, ends the run with exit code 3; at least 20 times the slowest step so far. 0: never.",
+               {.about = "Wall time after which a step with its output, or the start of a new run, that does not come to "
+                         "its end, because a rank or a "
+                         "node does not answer, ends the run with exit code 3; at least 20 times the slowest step so far. "
+                         "0: never.",
                 .unit = "s",
                 .range = config::at_least(0.0),
                 .duration = true})

@@ -53,6 +53,7 @@ Run::Run(const Comm& run_comm, const Scene& run_scene, const RunOptions& run_opt
 Run::~Run() = default;
 
 GlobalIndex Run::start() {
+  const auto watch = watch_start();
   check_bodies(scene, shared_survey(comm));
   state.cost = assumed_cost(scene);
   solver = start_solver(comm, scene, &progress.warnings);
@@ -127,6 +128,24 @@ GlobalIndex Run::restore() {
   root_guard(comm, [&] { write_text_atomically(path_in(options.folder, "scene.toml"), scene.effective_text); });
   log(fmt::format("continuing from {} at step {}, t = {:g} s", file, state.step, state.time));
   return state.step;
+}
+
+Watchdog::Watch Run::watch_start() {
+  const double limit = scene.time_stepping.step_timeout;
+  const auto tell = [folder = options.folder, rank = comm.rank(), told = progress](const std::string& sentence) {
+    Status status{RunState::failed, 0, 0.0, "", sentence, told};
+    status.in_set_up = status.unresponsive = true;
+    if (!says_failed(folder, told.started)) write_status_alone(folder, status, rank);
+  };
+  return watchdog.watch(
+      {limit, limit,
+       [=, rank = comm.rank(), n_ranks = comm.size()] {
+         return fmt::format(
+             "the start of the run has taken longer than {:g} s (time.step_timeout), says rank {} of {}: the file "
+             "system or another rank does not answer, or the machine is too slow",
+             limit, rank, n_ranks);
+       },
+       [] { return std::string(", at the start of the run"); }, tell});
 }
 
 Watchdog::Watch Run::watch_restart() {

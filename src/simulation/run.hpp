@@ -54,7 +54,9 @@ struct Run {
 
   /// From its making to its end the write of `file` is watched, for checkpoint.timeout. Not collective.
   [[nodiscard]] Watchdog::Watch watch_write(const std::string& file);
-  /// Likewise the reading of a checkpoint and what follows until the first step. Not collective.
+  /// Likewise the start of a new run up to its first step, for time.step_timeout. Not collective.
+  [[nodiscard]] Watchdog::Watch watch_start();
+  /// Likewise the reading of a checkpoint and what follows until the first step, for checkpoint.timeout. Not collective.
   [[nodiscard]] Watchdog::Watch watch_restart();
   /// Likewise the step that begins and its output, for time.step_timeout. Not collective.
   [[nodiscard]] Watchdog::Watch watch_step();

@@ -142,6 +142,21 @@ class Cases:
             fail("silent: did not go on", outcome)
         print(f"a file that does not answer rank {rank}: ended, says rank {said[0]}, and went on")
 
+    def silent_start(self, shim):
+        """A file system that never answers while a new run begins: there is no status yet."""
+        fault = {"LD_PRELOAD": shim, "FAULT_PATH": "scene.toml", "FAULT_CALLS": "write", "FAULT_KIND": "hang", "FAULT_RANK": "0"}
+        command = ["run", "scene.toml", "--out", "silent_start", "--max-steps", "20"]
+        outcome = self.program.run([*command, "--set", "time.step_timeout=3"], RANKS, self.work, LIMIT, fault)
+        said = re.findall(r"bulkley: (the start of the run has taken longer than 3 s \(time\.step_timeout\), says rank 0 of 3: .*)\n",
+                          outcome.text)
+        status = json.loads((self.work / "silent_start/status.json").read_text(encoding="utf-8"))
+        if outcome.code != 3 or len(said) != 1 or status["reason"] != said[0] or status.get("unresponsive") is not True:
+            fail(f"silent start: exit code {outcome.code}, {len(said)} sentences, {status}", outcome)
+        outcome = self.program.run(command, RANKS, self.work, LIMIT)
+        if outcome.code != 0:
+            fail("silent start: the next run in this folder", outcome)
+        print("a file that does not answer a new run: ended, and another one began")
+
     def lost_launcher(self):
         """Ranks whose launcher was killed do not live on, not even one that was stopped then."""
         run, pids = self.begin("orphans")
@@ -170,6 +185,7 @@ def main():
     if arguments.shim:
         cases.silent_file(arguments.shim, 0)
         cases.silent_file(arguments.shim, 2)
+        cases.silent_start(arguments.shim)
 
 
 if __name__ == "__main__":

@@ -82,11 +82,11 @@ const char* name(RunState state) {
   return "";
 }
 
-void write_status_alone(const std::string& folder, const Status& status) {
+void write_status_alone(const std::string& folder, const Status& status, std::optional<int> rank) {
   Json json = status_json(status);
   if (status.unresponsive) json["unresponsive"] = true;
   if (status.in_set_up) json["failed_in_set_up"] = true;
-  write_text_atomically(path_in(folder, "status.json"), json_text(json) + "\n");
+  write_text_atomically(path_in(folder, "status.json"), json_text(json) + "\n", rank ? fmt::format(".{}", *rank) : "");
 }
 
 bool mark_failed_alone(const std::string& folder, const std::string& reason) {

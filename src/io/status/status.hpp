@@ -2,6 +2,7 @@
 // status.json: progress of a run, for job scripts; and its memory.
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -66,8 +67,8 @@ struct Status {
 /// Collective.
 void write_status(const Comm& comm, const std::string& folder, const Status& status);
 
-/// As write_status, by one process alone. Throws RunError. Not collective.
-void write_status_alone(const std::string& folder, const Status& status);
+/// As write_status, by one process alone; by a `rank` where others may do so at once. Throws RunError. Not collective.
+void write_status_alone(const std::string& folder, const Status& status, std::optional<int> rank = {});
 
 /// Turns the status.json of `folder` into that of a run that failed for `reason`; all else stays, also the step and checkpoint of
 /// an earlier part. False if there is no status. Throws RunError. Not collective.

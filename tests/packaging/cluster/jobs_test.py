@@ -20,7 +20,7 @@ LIMIT = "--max-walltime 6900s"  # which is that less the reserve of 300 s
 COMMANDS = {
     # Records its options; then follows the file "part".
     "bulkley": 'echo "bulkley $*" >>calls.txt; . ./part',
-    "srun": 'shift; "$@"',  # --mpi=pmix
+    "srun": 'shift; exec "$@"',  # --mpi=pmix
     "mpirun": 'shift 2; exec "$@"',  # -n N
     "scontrol": 'echo "scontrol $*" >>calls.txt; exit "${REFUSE:-0}"',
     "qsub": 'echo "qsub $*" >>calls.txt; exit "${REFUSE:-0}"',
@@ -139,11 +139,15 @@ class Cases:
                         self.again(self.chain(1)[0]), "because: another part is to follow")
             self.expect("and the next part goes on", self.next(f, 2, f.writes("finished", 250, 0)), 0, f"--restart {LIMIT}", None,
                         "finished at step 250")
-        if "mpirun" in self.script:
-            f = self.folder()
-            hangs = f.writes("failed", 100, 0, unresponsive=True).replace("exit 0", "exec sleep 600")
-            self.expect("mpirun waits for a lost node", self.next(f, 1, hangs, launcher_patience="1"), 4, LIMIT,
-                        self.again(self.chain(1)[0]), "because: another part is to follow")
+        f = self.folder()
+        hangs = f.writes("failed", 100, 0, unresponsive=True).replace("exit 0", "exec sleep 600")
+        self.expect("the launcher waits for a lost node or a stopped rank", self.next(f, 1, hangs, launcher_patience="1"), 4, LIMIT,
+                    self.again(self.chain(1)[0]), "because: another part is to follow")
+        f = self.folder()
+        self.expect("before the first checkpoint", self.next(f, 1, f.writes("failed", 0, 3, checkpoint=False, unresponsive=True)), 4, LIMIT,
+                    self.again(self.chain(1)[0]), "because: another part is to follow")
+        self.expect("and the next part begins anew", self.next(f, 2, f.writes("finished", 250, 0)), 0, f"--overwrite {LIMIT}", None,
+                    "finished at step 250")
         f = self.folder()
         for part in (1, 2):
             self.expect(f"never again, part {part}", self.next(f, part, f.writes("failed", 100, 3, unresponsive=True)), 4,
