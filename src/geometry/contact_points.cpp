@@ -55,12 +55,13 @@ std::vector<ContactPoint> points_of(const TriangleMesh& mesh, double spacing) {
           (mesh.vertices[static_cast<std::size_t>(t[i])] - mesh.vertices[static_cast<std::size_t>(t[(i + 1) % 3])]).norm());
     return std::max(1.0, std::ceil(longest / length));
   };
+  const auto n_here = static_cast<double>(points.size());
   double length = spacing, n_more = 0.0;
   do {
     n_more = 0.0;
     for (const Int3& t : mesh.triangles) n_more += 0.5 * (n_of(t, length) + 1.0) * (n_of(t, length) + 2.0) - 3.0;
-    if (points.size() + n_more > most_points) length *= 1.25;
-  } while (n_more > 0.0 && points.size() + n_more > most_points);
+    if (n_here + n_more > most_points) length *= 1.25;
+  } while (n_more > 0.0 && n_here + n_more > most_points);
   for (const Int3& t : mesh.triangles) {
     const int n = static_cast<int>(n_of(t, length));
     const auto corner = [&](int i) -> const Vec3& {

@@ -27,7 +27,7 @@ class SlotTable {
         by_tile_[static_cast<std::size_t>(tiles[t] - first_tile_)] = static_cast<LocalIndex>(t);
       return;
     }
-    const int bits = std::bit_width(2 * tiles.size() - 1);
+    const int bits = static_cast<int>(std::bit_width(2 * tiles.size() - 1));
     shift_ = 32 - bits;
     entries_.resize(std::size_t{1} << bits);
     for (std::size_t t = 0; t < tiles.size(); ++t) {
