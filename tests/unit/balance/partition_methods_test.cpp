@@ -186,7 +186,9 @@ TEST(FreePartition, AutomaticNeedsNoRootForManyRanks) {
     const Partition chosen = make_partition(grid, by(PartitionMethod::automatic), load, n_ranks);
     const Partition cuts = make_partition(grid, by(PartitionMethod::bisection), load, n_ranks);
     EXPECT_EQ(chosen.boxes.has_value(), n_ranks <= most_ranks_of_root);  // tried
-    if (n_ranks > most_ranks_of_root) EXPECT_EQ(chosen.map, cuts.map);
+    if (n_ranks > most_ranks_of_root) {
+      EXPECT_EQ(chosen.map, cuts.map);
+    }
   }
 }
 
