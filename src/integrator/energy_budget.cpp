@@ -111,7 +111,7 @@ void EnergyBudget::add_forces_to(Node* impulses, std::span<const LocalIndex> act
 
 void EnergyBudget::before_kick(const GridUpdate& update, std::span<const LocalIndex> active, const Node* nodes,
                                const Node* impulse) {
-  BULKLEY_ASSERT(combined_ == (impulse == nullptr));
+  BULKLEY_ASSERT(active.empty() || combined_ == (impulse == nullptr));
   if (combined_) return;
   const Vec3 fall = update.dt * update.gravity;
   Block before, kick;
