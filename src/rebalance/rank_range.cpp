@@ -68,9 +68,10 @@ void RankRange::combine(std::span<GlobalIndex> values, std::size_t n_added) {
   std::copy(mine_.begin() + 1, mine_.end(), values.begin());
 }
 
-std::vector<std::byte> RankRange::letter(std::size_t bytes) const {
+std::vector<std::byte> RankRange::letter(const void* data, std::size_t bytes) const {
   std::vector<std::byte> result(sizeof number_ + bytes);
   std::memcpy(result.data(), &number_, sizeof number_);
+  if (bytes > 0) std::memcpy(result.data() + sizeof number_, data, bytes);
   return result;
 }
 

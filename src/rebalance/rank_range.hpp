@@ -45,8 +45,8 @@ class RankRange final : public RegionSums {
 
  private:
   RankRange(const RankRange& whole, int first, int size);
-  /// A message for the other half: what this is about, then room for `bytes`.
-  std::vector<std::byte> letter(std::size_t bytes) const;
+  /// A message for the other half: what this is about, then the data.
+  std::vector<std::byte> letter(const void* data, std::size_t bytes) const;
   void send_to_other_half(const std::vector<std::byte>& letter, MPI_Request& request);
   /// The messages from the other half, without their beginnings, to `take(bytes, n)`.
   void receive_from_other_half(const std::function<void(const std::byte*, std::size_t)>& take);
@@ -65,9 +65,7 @@ void RankRange::divide(std::vector<Item>& items, const Below& below) {
   static_assert(std::is_trivially_copyable_v<Item>);
   std::vector<Item> kept, given;
   for (const Item& item : items) (below(item) == in_lower_half() ? kept : given).push_back(item);
-  std::vector<std::byte> sent = letter(given.size() * sizeof(Item));
-  if (!given.empty())
-    std::memcpy(sent.data() + sent.size() - given.size() * sizeof(Item), given.data(), given.size() * sizeof(Item));
+  const std::vector<std::byte> sent = letter(given.data(), given.size() * sizeof(Item));
   MPI_Request request = MPI_REQUEST_NULL;
   send_to_other_half(sent, request);
   receive_from_other_half([&kept](const std::byte* bytes, std::size_t n) {

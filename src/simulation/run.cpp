@@ -39,7 +39,7 @@ Run::Run(const Comm& run_comm, const Scene& run_scene, const RunOptions& run_opt
       progress(progress_at_start(comm, scene, options)),
       watchdog(comm) {
   clock.start = last_checkpoint.wall_time = MPI_Wtime();
-  progress.started = broadcast_text(comm, time_stamp());
+  progress.started = broadcast_text(comm, progress.started);
   for (const NamedMaterial& material : scene.materials)
     if (!material.caveat.empty()) warn(fmt::format("material '{}': {}", material.name, material.caveat));
   const GlobalIndex restart_step = options.restart ? restore() : start();
@@ -135,7 +135,7 @@ Watchdog::Watch Run::watch_start() {
   const auto tell = [folder = options.folder, rank = comm.rank(), told = progress](const std::string& sentence) {
     Status status{RunState::failed, 0, 0.0, "", sentence, told};
     status.in_set_up = status.unresponsive = true;
-    if (!says_failed(folder, told.started)) write_status_alone(folder, status, rank);
+    write_first_failure_alone(folder, status, rank);
   };
   return watchdog.watch(
       {limit, limit,

@@ -55,7 +55,7 @@ std::string on_abort(const Run& run, const std::string& message, Fault fault) {
   std::string text = fmt::format("; {}", run.checkpoint_hint());
   Status status = run.status(RunState::failed, message + text);
   status.unresponsive = fault == Fault::machine;
-  if (!says_failed(run.options.folder, run.progress.started)) write_status_alone(run.options.folder, status);
+  write_first_failure_alone(run.options.folder, status, run.comm.rank());
   return text;
 }
 

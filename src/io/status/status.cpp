@@ -35,35 +35,38 @@ Json phases_json(const std::vector<PhaseSummary>& phases) {
 
 Json status_json(const Status& s) {
   const RunProgress& p = s.progress;
-  return {{"state", name(s.state)},
-          {"step", s.step},
-          {"time", s.time},
-          {"checkpoint", s.checkpoint},
-          {"reason", s.reason},
-          {"title", p.title},
-          {"end_time", p.end_time},
-          {"ranks", p.n_ranks},
-          {"particles", p.n_particles},
-          {"first_step", p.first_step},
-          {"first_time", p.first_time},
-          {"wall_time", p.elapsed},
-          {"wall_time_stepping", p.stepping},
-          {"wall_time_output", p.output},
-          {"peak_memory", static_cast<GlobalIndex>(p.peak_memory)},
-          {"checkpoint_time", p.checkpoint_time},
-          {"longest_silence", p.longest_silence},
-          {"pressure_iterations", p.pressure.iterations},
-          {"pressure_iterations_max", p.pressure.most_iterations},
-          {"contact_rounds", p.pressure.contact_rounds},
-          {"viscosity_iterations", p.viscosity.iterations},
-          {"viscosity_iterations_max", p.viscosity.most_iterations},
-          {"volume_error", p.volume_error},
-          {"continuation", p.continuation},
-          {"host", p.host},
-          {"started", p.started},
-          {"program", p.program},
-          {"phases", phases_json(p.phases)},
-          {"warnings", p.warnings}};
+  Json json{{"state", name(s.state)},
+            {"step", s.step},
+            {"time", s.time},
+            {"checkpoint", s.checkpoint},
+            {"reason", s.reason},
+            {"title", p.title},
+            {"end_time", p.end_time},
+            {"ranks", p.n_ranks},
+            {"particles", p.n_particles},
+            {"first_step", p.first_step},
+            {"first_time", p.first_time},
+            {"wall_time", p.elapsed},
+            {"wall_time_stepping", p.stepping},
+            {"wall_time_output", p.output},
+            {"peak_memory", static_cast<GlobalIndex>(p.peak_memory)},
+            {"checkpoint_time", p.checkpoint_time},
+            {"longest_silence", p.longest_silence},
+            {"pressure_iterations", p.pressure.iterations},
+            {"pressure_iterations_max", p.pressure.most_iterations},
+            {"contact_rounds", p.pressure.contact_rounds},
+            {"viscosity_iterations", p.viscosity.iterations},
+            {"viscosity_iterations_max", p.viscosity.most_iterations},
+            {"volume_error", p.volume_error},
+            {"continuation", p.continuation},
+            {"host", p.host},
+            {"started", p.started},
+            {"program", p.program},
+            {"phases", phases_json(p.phases)},
+            {"warnings", p.warnings}};
+  if (s.unresponsive) json["unresponsive"] = true;
+  if (s.in_set_up) json["failed_in_set_up"] = true;
+  return json;
 }
 
 }  // namespace
@@ -82,11 +85,8 @@ const char* name(RunState state) {
   return "";
 }
 
-void write_status_alone(const std::string& folder, const Status& status, std::optional<int> rank) {
-  Json json = status_json(status);
-  if (status.unresponsive) json["unresponsive"] = true;
-  if (status.in_set_up) json["failed_in_set_up"] = true;
-  write_text_atomically(path_in(folder, "status.json"), json_text(json) + "\n", rank ? fmt::format(".{}", *rank) : "");
+void write_status_alone(const std::string& folder, const Status& status) {
+  write_text_atomically(path_in(folder, "status.json"), json_text(status_json(status)) + "\n");
 }
 
 bool mark_failed_alone(const std::string& folder, const std::string& reason) {
@@ -114,6 +114,11 @@ bool says_failed(const std::string& folder, const std::string& started) {
   const std::string path = path_in(folder, "status.json");
   std::error_code error;
   return std::filesystem::exists(path, error) && is_failed(Json::parse(read_text(path), nullptr, false), started);
+}
+
+void write_first_failure_alone(const std::string& folder, const Status& status, int rank) {
+  if (says_failed(folder, status.progress.started)) return;
+  write_text_atomically(path_in(folder, "status.json"), json_text(status_json(status)) + "\n", fmt::format(".{}", rank));
 }
 
 void mark_unresponsive_alone(const std::string& folder, const std::string& reason, const std::string& started, int rank) {

@@ -2,7 +2,6 @@
 // status.json: progress of a run, for job scripts; and its memory.
 
 #include <cstddef>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -67,8 +66,8 @@ struct Status {
 /// Collective.
 void write_status(const Comm& comm, const std::string& folder, const Status& status);
 
-/// As write_status, by one process alone; by a `rank` where others may do so at once. Throws RunError. Not collective.
-void write_status_alone(const std::string& folder, const Status& status, std::optional<int> rank = {});
+/// As write_status, by one process alone. Throws RunError. Not collective.
+void write_status_alone(const std::string& folder, const Status& status);
 
 /// Turns the status.json of `folder` into that of a run that failed for `reason`; all else stays, also the step and checkpoint of
 /// an earlier part. False if there is no status. Throws RunError. Not collective.
@@ -77,6 +76,9 @@ bool mark_failed_alone(const std::string& folder, const std::string& reason);
 /// Whether the status.json of `folder` says already why the part that began at `started` has failed. Who knows the cause speaks first;
 /// that others end is what follows from it. Not collective.
 bool says_failed(const std::string& folder, const std::string& started);
+
+/// Writes `status`, of a failure, unless says_failed. By `rank` alone; others may do so at once. Throws RunError. Not collective.
+void write_first_failure_alone(const std::string& folder, const Status& status, int rank);
 
 /// Turns the status.json of `folder` into that of a run that failed because a rank or the machine did not answer: state
 /// "failed", `reason`, `started`, and "unresponsive": true, from which job scripts know that it can go on from its checkpoint;

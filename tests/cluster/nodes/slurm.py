@@ -112,7 +112,6 @@ def main():
             runs = Runs(program, work, group)
             runs.run([1], "whole", STEPS, "output.frame_interval=0")
 
-
             def stop_rank():
                 os.kill(max(group[1].processes("bulkley")), signal.SIGSTOP)
 
