@@ -194,8 +194,40 @@ void scatter(const Arguments<NodeType>& arg, LocalIndex cell, int b, const Batch
   }
 }
 
-// Flattened: every call below is inlined here.
-template <SplineOrder order, GradientForm form, bool forced, Impulses impulses, class NodeType>
+// The same for MLS impulses apart from momenta without affine velocities: only the impulses change from node to node, which is less
+// work in two quads than in an oct.
+template <SplineOrder order>
+void scatter_uniform(const Arguments<NodePair>& arg, LocalIndex cell, int b, const Batch<order, NodePair>& batch) {
+  constexpr int s = stencil_width(order);
+  const StencilRows<order, NodePair> pool(arg.row_offsets, cell, arg.pool);
+  const Quad constant = arg.pool_constant, impulse_constant = arg.impulse_constant;
+  const auto impulse = [&](int c) { return batch.momentum[b][c][1]; };
+  const Quad momentum = batch.momentum[b][0][0];
+  Quad fi = impulse(0);
+#pragma GCC unroll 4
+  for (int i = 0; i < s; ++i) {
+    Quad fj = fi;
+#pragma GCC unroll 4
+    for (int j = 0; j < s; ++j) {
+      const double w = batch.wxy[i * s + j][b];
+      NodePair* const to = pool(i, j);
+      const Quad q = w * momentum, fz = w * impulse(3);
+      Quad f = w * fj;
+#pragma GCC unroll 4
+      for (int k = 0; k < s; ++k) {
+        const double wz = batch.wz[k][b];
+        add_rounded(to[k].motion, wz * q, constant);
+        add_rounded(to[k].change, wz * f, impulse_constant);
+        f += fz;
+      }
+      fj += impulse(2);
+    }
+    fi += impulse(1);
+  }
+}
+
+// Flattened: every call below is inlined here. `uniform`: by scatter_uniform.
+template <SplineOrder order, GradientForm form, bool forced, Impulses impulses, bool uniform, class NodeType>
 [[gnu::flatten]] void run(const Arguments<NodeType>& arguments) {
   const Arguments<NodeType> arg = arguments;  // its own copy, which no store to a node can be suspected to change
   Batch<order, NodeType> batch;
@@ -211,7 +243,11 @@ template <SplineOrder order, GradientForm form, bool forced, Impulses impulses, 
     arg.reference_volume.prefetch(ahead);
     if constexpr (forced) arg.force.prefetch(ahead);
     for (int b = 0; b < size; b += n_lanes) prepare<order, form, forced, impulses>(arg, first + b, b, batch);
-    for (int b = 0; b < size; ++b) scatter<order, form, forced, impulses>(arg, arg.cell[first + b], b, batch);
+    for (int b = 0; b < size; ++b)
+      if constexpr (uniform)
+        scatter_uniform<order>(arg, arg.cell[first + b], b, batch);
+      else
+        scatter<order, form, forced, impulses>(arg, arg.cell[first + b], b, batch);
   }
 }
 
@@ -241,7 +277,12 @@ void run_all(const GridGeometry& grid, const TransferSettings& transfer, const P
   std::fill_n(pool, layout.n_nodes(), NodeType{});
   with_order(grid.order, [&](auto order) {
     const auto run_form = [&](auto form) {
-      force ? run<order(), form(), true, impulses>(arg) : run<order(), form(), false, impulses>(arg);
+      const auto run_with = [&](auto uniform) {
+        force ? run<order(), form(), true, impulses, uniform()>(arg) : run<order(), form(), false, impulses, uniform()>(arg);
+      };
+      if constexpr (impulses == Impulses::apart && form() == GradientForm::mls)
+        if (!transfer.affine()) return run_with(std::true_type{});
+      run_with(std::false_type{});
     };
     if (transfer.gradient == GradientForm::mls)
       run_form(std::integral_constant<GradientForm, GradientForm::mls>{});
