@@ -28,7 +28,8 @@ inline constexpr Bound potential_growth{1.5};                 ///< cost of a nod
 inline constexpr Bound field_step{1.3};                       ///< a step with a magnetic field, over one without
 }  // namespace bench_bounds
 
-/// A transfer and a material, and the step's cost over that of the naive neo-Hookean kernel.
+/// A transfer and a material, and the step's cost over that of the naive neo-Hookean kernel: at most a tenth more than the least that
+/// a suite has measured.
 struct BoundedCase {
   const char* name;
   const char* material;
@@ -41,14 +42,14 @@ inline const std::vector<BoundedCase>& bounded_cases() {
   using enum SplineOrder;
   using enum GradientForm;
   static const std::vector<BoundedCase> cases = {
-      {"neo-Hookean, APIC, mls", "neo_hookean", {apic, quadratic, mls}, {0.46}},
-      {"Herschel-Bulkley (cream), APIC, mls", "cream", {apic, quadratic, mls}, {0.70}},
-      {"Herschel-Bulkley (oobleck), APIC, mls", "oobleck", {apic, quadratic, mls}, {0.70}},
+      {"neo-Hookean, APIC, mls", "neo_hookean", {apic, quadratic, mls}, {0.45}},
+      {"Herschel-Bulkley (cream), APIC, mls", "cream", {apic, quadratic, mls}, {0.75}},
+      {"Herschel-Bulkley (oobleck), APIC, mls", "oobleck", {apic, quadratic, mls}, {0.75}},
       {"Herschel-Bulkley (pie), APIC, mls", "pie", {apic, quadratic, mls}},
-      {"neo-Hookean, APIC, bspline", "neo_hookean", {apic, quadratic, bspline}, {0.62}},
-      {"neo-Hookean, PIC/FLIP blend, mls", "neo_hookean", {blend, quadratic, mls}, {0.55}},
-      {"neo-Hookean, moment FLIP, mls", "neo_hookean", {moment_flip, quadratic, mls}, {0.75}},
-      {"neo-Hookean, cubic, APIC, mls", "neo_hookean", {apic, cubic, mls}, {0.67}},
+      {"neo-Hookean, APIC, bspline", "neo_hookean", {apic, quadratic, bspline}, {0.59}},
+      {"neo-Hookean, PIC/FLIP blend, mls", "neo_hookean", {blend, quadratic, mls}, {0.60}},
+      {"neo-Hookean, moment FLIP, mls", "neo_hookean", {moment_flip, quadratic, mls}, {0.70}},
+      {"neo-Hookean, cubic, APIC, mls", "neo_hookean", {apic, cubic, mls}, {0.65}},
   };
   return cases;
 }
