@@ -30,7 +30,7 @@ void gather_bytes(const Comm& comm, const void* from, std::size_t size, const st
   for (int rank = 1; rank < comm.size(); ++rank) {
     GlobalIndex theirs = 0;
     BULKLEY_MPI(MPI_Recv(&theirs, 1, MPI_INT64_T, rank, tag, comm.get(), MPI_STATUS_IGNORE));
-    expect_number(comm, "joint work of number", rank, theirs, number);
+    expect_number(comm, joint_work, rank, theirs, number);
     for (int count = static_cast<int>(message_limit); count == static_cast<int>(message_limit);) {
       MPI_Status status;
       BULKLEY_MPI(MPI_Probe(rank, tag, comm.get(), &status));

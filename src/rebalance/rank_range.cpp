@@ -8,7 +8,6 @@ namespace bulkley {
 
 namespace {
 constexpr int range_tag = 11;
-constexpr const char* work = "joint work of number";  // what messages say that they belong to
 }  // namespace
 
 RankRange::RankRange(const Comm& comm, SentMessages& sent, RankHalves halves)
@@ -38,7 +37,7 @@ void RankRange::combine(std::span<GlobalIndex> values, std::size_t n_added) {
   };
   const auto receive = [&](std::vector<GlobalIndex>& into, int from) {
     BULKLEY_MPI(MPI_Recv(into.data(), n, MPI_INT64_T, first_ + from, range_tag, comm_->get(), MPI_STATUS_IGNORE));
-    expect_number(*comm_, work, first_ + from, into[0], number_);
+    expect_number(*comm_, joint_work, first_ + from, into[0], number_);
   };
   const auto merge = [&] {
     for (std::size_t v = 1; v <= n_added; ++v) mine_[v] += others_[v];
@@ -61,7 +60,7 @@ void RankRange::combine(std::span<GlobalIndex> values, std::size_t n_added) {
     count();
     BULKLEY_MPI(MPI_Sendrecv(mine_.data(), n, MPI_INT64_T, partner, range_tag, others_.data(), n, MPI_INT64_T, partner,
                              range_tag, comm_->get(), MPI_STATUS_IGNORE));
-    expect_number(*comm_, work, partner, others_[0], number_);
+    expect_number(*comm_, joint_work, partner, others_[0], number_);
     merge();
   }
   if (here < rest) send(here + whole);
@@ -99,7 +98,7 @@ void RankRange::receive_from_other_half(const std::function<void(const std::byte
     BULKLEY_MPI(MPI_Mrecv(letter.data(), bytes, MPI_BYTE, &message, &status));
     GlobalIndex number = 0;
     std::memcpy(&number, letter.data(), sizeof number);
-    expect_number(*comm_, work, source, number, number_);
+    expect_number(*comm_, joint_work, source, number, number_);
     take(letter.data() + sizeof number, letter.size() - sizeof number);
   }
 }

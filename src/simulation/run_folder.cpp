@@ -53,16 +53,18 @@ void prepare_folder(const Comm& comm, const RunOptions& options) {
   if (!options.restart) remove_checkpoints_after(comm, options.folder, -1, 1);
 }
 
-void write_set_up_failure_alone(const Comm& comm, const Scene& scene, const RunOptions& options, const std::string& reason) {
-  if (options.restart && mark_failed_alone(options.folder, reason)) return;
+void write_set_up_failure_alone(const Comm& comm, const Scene& scene, const RunOptions& options, const std::string& reason,
+                                bool unresponsive) {
+  if (options.restart && mark_failed_alone(options.folder, reason, unresponsive)) return;
   Status status{RunState::failed, 0, 0.0, "", reason, progress_at_start(comm, scene, options)};
   status.in_set_up = true;
+  status.unresponsive = unresponsive;
   write_status_alone(options.folder, status);
 }
 
 void write_set_up_failure(const Comm& comm, const Scene& scene, const RunOptions& options, const std::string& reason) {
   try {
-    root_guard(comm, [&] { write_set_up_failure_alone(comm, scene, options, reason); });
+    root_guard(comm, [&] { write_set_up_failure_alone(comm, scene, options, reason, false); });
   } catch (const RunError&) {
     log_line(comm, fmt::format("{} could not be written", path_in(options.folder, "status.json")));
   }

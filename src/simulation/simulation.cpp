@@ -43,9 +43,10 @@ std::string save_neighbourhood(Run& run, const StepFailure& failure) {
 }
 
 // As on_abort, before there is a run.
-std::string on_abort_in_set_up(const Comm& comm, const Scene& scene, const RunOptions& options, const std::string& message) {
+std::string on_abort_in_set_up(const Comm& comm, const Scene& scene, const RunOptions& options, const std::string& message,
+                               Fault fault) {
   if (!comm.is_root()) std::this_thread::sleep_for(time_of_root);
-  write_set_up_failure_alone(comm, scene, options, message);
+  write_set_up_failure_alone(comm, scene, options, message, fault == Fault::machine);
   return {};
 }
 
@@ -79,7 +80,7 @@ RunOutcome run_simulation(const Comm& comm, const Scene& scene, const RunOptions
   prepare_folder(comm, options);
   std::unique_ptr<Run> run;
   const AbortHook hook([&](const std::string& message, Fault fault) {
-    return run ? on_abort(*run, message, fault) : on_abort_in_set_up(comm, scene, options, message);
+    return run ? on_abort(*run, message, fault) : on_abort_in_set_up(comm, scene, options, message, fault);
   });
   try {
     run = std::make_unique<Run>(comm, scene, options);

@@ -34,11 +34,11 @@ def main():
     arguments = parse_arguments(__doc__, lambda parser: parser.add_argument("--shim", required=True))
     program, work = start(arguments)
 
-    def run(out, tag, place, message, settings):
+    def run(out, tag, place, message, settings, words=()):
         sets = [word for key in ("output.frame_interval=0", *settings) for word in ("--set", key)]
         environment = {"LD_PRELOAD": arguments.shim, "WRONG_RANK": "1", "WRONG_TAG": str(tag), "WRONG_PLACE": str(place),
                        "WRONG_MESSAGE": str(message)}
-        return program.run(["run", str(SCENES / "splash.toml"), "--out", out, "--max-steps", str(STEPS), *sets], RANKS, work, LIMIT,
+        return program.run(["run", str(SCENES / "splash.toml"), "--out", out, "--max-steps", str(STEPS), *words, *sets], RANKS, work, LIMIT,
                            environment)
 
     def expect_status(about, out, outcome, sentence, unresponsive):
@@ -66,6 +66,15 @@ def main():
         fail(f"a call that fails: the run ended with {outcome.code}", outcome)
     expect_status("a call that fails", "call", outcome, sentence, True)
     print(f"a call that fails: {sentence.search(outcome.text).group()}...")
+
+    # So it is while a run is being continued; what that status said before stays.
+    whole = program.run(["run", str(SCENES / "splash.toml"), "--out", "again", "--max-steps", "5"], RANKS, work, LIMIT)
+    outcome = run("again", 9, -1, 1, NEW_MAPS, ("--restart",))
+    if whole.code != 0 or outcome.code != 3 or "step 5" not in whole.text:
+        fail(f"a call that fails at a restart: {whole.code}, {outcome.code}", outcome)
+    expect_status("a call that fails at a restart", "again", outcome, sentence, True)
+    if json.loads((work / "again/status.json").read_text(encoding="utf-8"))["step"] != 5:
+        fail("a call that fails at a restart: the step is lost", outcome)
 
 
 if __name__ == "__main__":

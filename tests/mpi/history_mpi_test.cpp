@@ -144,11 +144,14 @@ TEST_F(HistoryFile, FirstWordAboutAFailureStays) {
 
 TEST_F(HistoryFile, MarkedAsFailedKeepsTheRest) {
   write_status(comm, folder.path(), {RunState::stopped, 12, 0.5, "checkpoint_000000010.h5", "", {}});
-  root_guard(comm, [&] { EXPECT_TRUE(mark_failed_alone(folder.path(), "damaged")); });
+  root_guard(comm, [&] { EXPECT_TRUE(mark_failed_alone(folder.path(), "damaged", true)); });
   const std::string text = text_of("status.json");
   for (const char* part : {"\"state\": \"failed\"", "\"reason\": \"damaged\"", "\"step\": 12", "checkpoint_000000010.h5"})
     EXPECT_NE(text.find(part), std::string::npos) << part << " in " << text;
-  root_guard(comm, [&] { EXPECT_FALSE(mark_failed_alone(folder.file("nowhere"), "damaged")); });
+  EXPECT_NE(text.find("\"unresponsive\": true"), std::string::npos) << text;
+  root_guard(comm, [&] { EXPECT_TRUE(mark_failed_alone(folder.path(), "wrong", false)); });
+  EXPECT_EQ(text_of("status.json").find("unresponsive"), std::string::npos);
+  root_guard(comm, [&] { EXPECT_FALSE(mark_failed_alone(folder.file("nowhere"), "damaged", false)); });
 }
 
 TEST_F(HistoryFile, PeakMemoryGrows) {

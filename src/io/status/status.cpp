@@ -89,7 +89,7 @@ void write_status_alone(const std::string& folder, const Status& status) {
   write_text_atomically(path_in(folder, "status.json"), json_text(status_json(status)) + "\n");
 }
 
-bool mark_failed_alone(const std::string& folder, const std::string& reason) {
+bool mark_failed_alone(const std::string& folder, const std::string& reason, bool unresponsive) {
   const std::string path = path_in(folder, "status.json");
   std::error_code error;
   if (!std::filesystem::exists(path, error)) return false;
@@ -98,6 +98,7 @@ bool mark_failed_alone(const std::string& folder, const std::string& reason) {
   status["state"] = name(RunState::failed);
   status["reason"] = reason;
   status.erase("unresponsive");  // of an earlier part
+  if (unresponsive) status["unresponsive"] = true;
   write_text_atomically(path, json_text(status) + "\n");
   return true;
 }

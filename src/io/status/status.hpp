@@ -69,9 +69,9 @@ void write_status(const Comm& comm, const std::string& folder, const Status& sta
 /// As write_status, by one process alone. Throws RunError. Not collective.
 void write_status_alone(const std::string& folder, const Status& status);
 
-/// Turns the status.json of `folder` into that of a run that failed for `reason`; all else stays, also the step and checkpoint of
-/// an earlier part. False if there is no status. Throws RunError. Not collective.
-bool mark_failed_alone(const std::string& folder, const std::string& reason);
+/// Turns the status.json of `folder` into that of a run that failed for `reason`, `unresponsive` as in Status; all else stays, also the
+/// step and checkpoint of an earlier part. False if there is no status. Throws RunError. Not collective.
+bool mark_failed_alone(const std::string& folder, const std::string& reason, bool unresponsive);
 
 /// Whether the status.json of `folder` says already why the part that began at `started` has failed. Who knows the cause speaks first;
 /// that others end is what follows from it. Not collective.
