@@ -1,4 +1,4 @@
-// ranks: 1 3 8 64
+// ranks: 1 3 8 32
 // Bisection of space and of the curve without a root: the tree of one process, tile for tile, on any number of ranks, and what it
 // takes.
 #include "rebalance/bisection_partitioner.hpp"
