@@ -24,11 +24,12 @@ enum class Fault { program, machine };
 [[noreturn]] void abort_all_ranks(const std::string& message, const char* file, int line, Fault fault = Fault::program);
 
 class Comm;
-inline constexpr const char* joint_work = "joint work of number";  ///< `what` of messages that tell a number of Comm::draw_number
 /// Ends all ranks where a message that came from `rank` belongs to another map, plan or piece of work, `what`, than the one that this
 /// rank is at. Not collective.
 void expect_number(const Comm& comm, const char* what, int rank, GlobalIndex theirs, GlobalIndex ours,
                    const std::source_location& place = std::source_location::current());
+/// `what` of messages that tell a number of Comm::draw_number.
+inline constexpr const char* joint_work = "joint work of number";
 
 /// While it lives, abort_all_ranks calls `work` with its message and the fault before it ends the ranks, and adds what it returns to the
 /// message; on the rank that aborts only, so `work` must not communicate. One at a time.
