@@ -10,7 +10,7 @@
 #include "support/solver_run.hpp"
 #include "support/tile_loads.hpp"
 
-namespace bulkley {
+namespace bulkley::balancer_mpi_test {
 namespace {
 
 constexpr PartitionMethod all_methods[] = {PartitionMethod::uniform, PartitionMethod::ranges, PartitionMethod::hilbert,
@@ -148,4 +148,4 @@ TEST_F(BalancerTest, WithoutParticlesThereIsNothingToBalance) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::balancer_mpi_test

@@ -39,7 +39,7 @@ void operator delete(void* pointer) noexcept {
 }
 void operator delete(void* pointer, std::size_t) noexcept { operator delete(pointer); }
 
-namespace bulkley {
+namespace bulkley::bisection_mpi_test {
 namespace {
 
 /// Some ranks of the world by themselves: 1 to all of them, even, odd and prime numbers; in a world of more than eight, more than
@@ -290,4 +290,4 @@ TEST_F(RankNumbers, CensusesAreMergedByTile) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::bisection_mpi_test

@@ -6,7 +6,7 @@
 #include "simulation/setup.hpp"
 #include "support/scene_text.hpp"
 
-namespace bulkley::scene_test {
+namespace bulkley::scene_test::body_survey_mpi_test {
 namespace {
 
 std::string fault_of(const Scene& scene, const BodySurvey& survey) {
@@ -37,4 +37,4 @@ TEST(BodySurvey, RanksVisitEachParticleOnce) {
 }
 
 }  // namespace
-}  // namespace bulkley::scene_test
+}  // namespace bulkley::scene_test::body_survey_mpi_test

@@ -10,7 +10,7 @@
 #include "distribution/cell_waves.hpp"
 #include "support/solver_run.hpp"
 
-namespace bulkley {
+namespace bulkley::cell_grid_mpi_test {
 namespace {
 
 struct MappedShape : GridShape {
@@ -239,4 +239,4 @@ TEST_F(CellGridTest, ImagesAreCompleteWithTheNodesBehindWalls) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::cell_grid_mpi_test

@@ -12,7 +12,7 @@
 #include "support/io_particles.hpp"
 #include "support/particle_builders.hpp"
 
-namespace bulkley {
+namespace bulkley::checkpoint_fields_mpi_test {
 namespace {
 
 const std::vector<std::string> materials{"sand", "snow"};
@@ -99,4 +99,4 @@ TEST_F(CheckpointFields, CompareNamesAFieldThatOnlyOneFileHas) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::checkpoint_fields_mpi_test

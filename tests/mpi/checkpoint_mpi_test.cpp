@@ -14,7 +14,7 @@
 #include "io/files/text_file.hpp"
 #include "support/altered_checkpoint.hpp"
 
-namespace bulkley {
+namespace bulkley::checkpoint_mpi_test {
 namespace {
 
 const std::vector<std::string> materials{"cream", "pie"};
@@ -465,4 +465,4 @@ TEST_F(Checkpoint, ComparesById) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::checkpoint_mpi_test

@@ -5,7 +5,7 @@
 
 #include "support/io_particles.hpp"
 
-namespace bulkley {
+namespace bulkley::checksum_mpi_test {
 namespace {
 
 std::vector<std::byte> some_bytes(GlobalIndex n) {
@@ -50,4 +50,4 @@ TEST(Checksum, OfPiecesInRankOrderIsThatOfTheWholeArray) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::checksum_mpi_test

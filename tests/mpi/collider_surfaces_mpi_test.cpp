@@ -9,7 +9,7 @@
 #include "io/frames/frame.hpp"
 #include "support/io_particles.hpp"
 
-namespace bulkley {
+namespace bulkley::collider_surfaces_mpi_test {
 namespace {
 
 const Bounds window{{0.0, 0.0, 0.0}, {1.0, 1.0, 1.0}};
@@ -130,4 +130,4 @@ TEST_F(ColliderFiles, SeriesFollowsRestarts) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::collider_surfaces_mpi_test

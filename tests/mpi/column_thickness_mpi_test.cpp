@@ -7,7 +7,7 @@
 
 #include "support/solver_run.hpp"
 
-namespace bulkley {
+namespace bulkley::column_thickness_mpi_test {
 namespace {
 
 const Vec3 down(0.0, 0.0, -9.81);
@@ -65,4 +65,4 @@ TEST_F(ColumnThicknessTest, CountsVolume) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::column_thickness_mpi_test

@@ -10,7 +10,7 @@
 #include "support/altered_checkpoint.hpp"
 #include "support/serial_compare.hpp"
 
-namespace bulkley {
+namespace bulkley::compare_mpi_test {
 namespace {
 
 constexpr GlobalIndex n_particles = 3000;
@@ -149,4 +149,4 @@ TEST_F(Compare, NamesTheSmallestIdThatOccursTwice) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::compare_mpi_test

@@ -10,7 +10,7 @@
 
 #include "support/solver_run.hpp"
 
-namespace bulkley {
+namespace bulkley::crowding_mpi_test {
 namespace {
 
 constexpr LocalIndex block_size = 16;
@@ -79,4 +79,4 @@ TEST(Crowding, WhatInflowsCarryIsSpared) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::crowding_mpi_test

@@ -3,7 +3,7 @@
 // number of ranks, under any partition, after rejected steps and through a restart.
 #include "support/energy_run.hpp"
 
-namespace bulkley {
+namespace bulkley::energy_budget_mpi_test {
 namespace {
 
 // Walls that stick, slide, move and rub; a collider; corners; all schemes. The kinetic energy, which the particles alone give,
@@ -424,4 +424,4 @@ TEST_F(EnergyBudgetTest, TimeIntegrationVanishesWithTheStep) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::energy_budget_mpi_test

@@ -13,7 +13,7 @@
 
 #include "support/tile_loads.hpp"
 
-namespace bulkley {
+namespace bulkley::exchange_mpi_test {
 namespace {
 
 const GridShape shapes[] = {
@@ -286,4 +286,4 @@ TEST_F(ExchangeTest, ScalarsGoTheSameWays) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::exchange_mpi_test

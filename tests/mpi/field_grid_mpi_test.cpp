@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace bulkley {
+namespace bulkley::field_grid_mpi_test {
 namespace {
 
 GridGeometry geometry_of(const Int3& n_cells, const std::array<bool, 3>& periodic = {false, false, false}) {
@@ -258,4 +258,4 @@ TEST_F(FieldGridTest, RefusesAStencilThatReachesAroundAnAxis) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::field_grid_mpi_test

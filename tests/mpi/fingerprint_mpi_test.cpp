@@ -6,7 +6,7 @@
 #include "io/checkpoint/checkpoint.hpp"
 #include "support/altered_checkpoint.hpp"
 
-namespace bulkley {
+namespace bulkley::fingerprint_mpi_test {
 namespace {
 
 class Fingerprints : public testing::Test {
@@ -129,4 +129,4 @@ TEST_F(Fingerprints, AreNotNeeded) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::fingerprint_mpi_test

@@ -14,7 +14,7 @@
 #include "io/files/text_file.hpp"
 #include "support/io_particles.hpp"
 
-namespace bulkley {
+namespace bulkley::frame_mpi_test {
 namespace {
 
 const std::vector<NamedMaterial> materials{{"cream", HerschelBulkley{}}, {"pie", NeoHookean{}}};
@@ -393,4 +393,4 @@ TEST_F(Frame, SeriesFollowsTheRun) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::frame_mpi_test

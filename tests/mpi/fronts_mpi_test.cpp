@@ -8,7 +8,7 @@
 
 #include "support/solver_run.hpp"
 
-namespace bulkley {
+namespace bulkley::fronts_mpi_test {
 namespace {
 
 Front along(const Vec3& direction, double quantile = 1.0) {
@@ -118,4 +118,4 @@ TEST(Front, OfAShadow) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::fronts_mpi_test

@@ -7,7 +7,7 @@
 #include "integrator/diagnostics.hpp"
 #include "support/solver_run.hpp"
 
-namespace bulkley {
+namespace bulkley::gauges_mpi_test {
 namespace {
 
 constexpr int n_steps = 30;
@@ -210,4 +210,4 @@ TEST_F(GaugesTest, LeaveTheRunAsItIs) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::gauges_mpi_test

@@ -12,7 +12,7 @@
 #include "io/files/text_file.hpp"
 #include "support/io_particles.hpp"
 
-namespace bulkley {
+namespace bulkley::growing_document_mpi_test {
 namespace {
 
 class Growing : public testing::Test {
@@ -142,4 +142,4 @@ TEST_F(Growing, ARefusedPartLeavesItWhole) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::growing_document_mpi_test

@@ -10,7 +10,7 @@
 #include "io/status/status.hpp"
 #include "support/io_particles.hpp"
 
-namespace bulkley {
+namespace bulkley::history_mpi_test {
 namespace {
 
 const std::vector<std::string> columns{"step", "time (s)", "limiter"};
@@ -163,4 +163,4 @@ TEST_F(HistoryFile, PeakMemoryGrows) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::history_mpi_test

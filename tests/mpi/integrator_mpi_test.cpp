@@ -13,7 +13,7 @@
 #include "simulation/simulation_state.hpp"
 #include "support/solver_run.hpp"
 
-namespace bulkley {
+namespace bulkley::integrator_mpi_test {
 namespace {
 
 // Particles that fly freely, without a grid: x += dt (v + dt g / 2), v += dt g.
@@ -202,4 +202,4 @@ TEST_F(IntegratorTest, RejectedStepsDoNotCountForAForce) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::integrator_mpi_test

@@ -7,7 +7,7 @@
 
 #include "support/solver_run.hpp"
 
-namespace bulkley {
+namespace bulkley::isolated_particle_mpi_test {
 namespace {
 
 constexpr double density = 1000.0, modulus = 1e5;  // kg/m^3; Pa, of what stays explicit
@@ -70,4 +70,4 @@ TEST_F(IsolatedParticleTest, IsStableUpToTheTheoreticalStep) {
 TEST_F(IsolatedParticleTest, TheDefaultIsBelowIt) { EXPECT_LT(TimeStepSettings{}.elastic_cfl, 1.0 / std::sqrt(6.0)); }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::isolated_particle_mpi_test

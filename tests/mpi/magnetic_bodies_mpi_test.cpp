@@ -4,7 +4,7 @@
 
 #include "support/magnetic_bodies.hpp"
 
-namespace bulkley {
+namespace bulkley::magnetic_bodies_mpi_test {
 namespace {
 
 using Setting = MagneticSetting;
@@ -239,4 +239,4 @@ TEST(MagneticSpheroid, TurnsTowardsTheField) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::magnetic_bodies_mpi_test

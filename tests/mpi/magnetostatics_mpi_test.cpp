@@ -6,14 +6,14 @@
 
 #include "support/magnetic_bodies.hpp"
 
-namespace bulkley {
+namespace bulkley::magnetostatics_mpi_test {
 namespace {
 
 using Setting = MagneticSetting;
 using Found = MagneticFound;
 
 // M1: the moment of a linear ball is 3 chi/(3 + chi) V H_0.
-TEST(MagneticBall, HasTheMomentOfALinearBall) {
+TEST(Magnetostatics, HasTheMomentOfALinearBall) {
   const Comm comm(PETSC_COMM_WORLD);
   for (const auto& [susceptibility, gate] : {std::pair{1.0, 0.02}, {10.0, 0.06}}) {
     Setting setting({20, 20, 20});
@@ -32,7 +32,7 @@ TEST(MagneticBall, HasTheMomentOfALinearBall) {
 }
 
 // M10: the same bits on any number of ranks and under any map.
-TEST(MagneticField, HasTheSameBitsOnAnyNumberOfRanks) {
+TEST(Magnetostatics, HasTheSameBitsOnAnyNumberOfRanks) {
   const Comm comm(PETSC_COMM_WORLD), self(MPI_COMM_SELF);
   for (const std::array<bool, 3>& periodic : {std::array{false, false, false}, {false, true, false}, {true, true, false}}) {
     Setting setting({12, 8, 16}, SplineOrder::quadratic, periodic);
@@ -58,4 +58,4 @@ TEST(MagneticField, HasTheSameBitsOnAnyNumberOfRanks) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::magnetostatics_mpi_test

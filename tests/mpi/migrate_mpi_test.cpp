@@ -10,7 +10,7 @@
 #include <set>
 #include <vector>
 
-namespace bulkley {
+namespace bulkley::migrate_mpi_test {
 namespace {
 
 // Every moving element of a particle follows from its id, its destination (carried as `material`) and the column.
@@ -153,4 +153,4 @@ TEST_F(Migrate, WithoutVelocityGradient) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::migrate_mpi_test

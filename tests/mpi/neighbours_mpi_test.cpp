@@ -48,7 +48,7 @@ int MPI_Ibarrier(MPI_Comm comm, MPI_Request* request) {
 }
 }
 
-namespace bulkley {
+namespace bulkley::neighbours_mpi_test {
 namespace {
 
 class NeighboursTest : public testing::Test {
@@ -203,4 +203,4 @@ TEST_F(NeighboursTest, FollowParticlesThatWalkAndLeap) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::neighbours_mpi_test

@@ -12,7 +12,7 @@
 #include "parallel/phases.hpp"
 #include "parallel/watchdog.hpp"
 
-namespace bulkley {
+namespace bulkley::parallel_mpi_test {
 namespace {
 
 enum class Kind { none, usage, run, other };
@@ -247,4 +247,4 @@ TEST_F(Parallel, PhasesOfSomeRanksAreSummarizedByPhase) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::parallel_mpi_test

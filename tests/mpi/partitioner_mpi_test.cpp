@@ -14,7 +14,7 @@
 #include "support/solver_run.hpp"
 #include "support/tile_loads.hpp"
 
-namespace bulkley {
+namespace bulkley::partitioner_mpi_test {
 namespace {
 
 /// Runs of tile numbers with about equal numbers of particles. Every rank computes them from reduced counts: none gathers
@@ -285,4 +285,4 @@ TEST_F(PartitionerTest, OneWithoutARootGivesTheSameParticles) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::partitioner_mpi_test

@@ -4,7 +4,7 @@
 
 #include "support/magnetic_bodies.hpp"
 
-namespace bulkley {
+namespace bulkley::petsc_potential_mpi_test {
 namespace {
 
 using Setting = MagneticSetting;
@@ -84,4 +84,4 @@ TEST(PetscPotential, AgreesAlongPeriodicAxes) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::petsc_potential_mpi_test

@@ -13,7 +13,7 @@
 
 #include "bulkley/parallel/petsc.hpp"
 
-namespace bulkley {
+namespace bulkley::reproducible_sum_mpi_test {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -179,4 +179,4 @@ TEST_F(ReproducibleSumTest, NoCollidersNoImpulses) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::reproducible_sum_mpi_test

@@ -7,7 +7,7 @@
 #include "io/arrays/array_file.hpp"
 #include "support/io_particles.hpp"
 
-namespace bulkley {
+namespace bulkley::row_reader_mpi_test {
 namespace {
 
 constexpr GlobalIndex n_rows = 1000;
@@ -97,4 +97,4 @@ TEST_F(Rows, BeyondTheEndAreAnError) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::row_reader_mpi_test

@@ -16,7 +16,7 @@
 #include "simulation/stop_criteria.hpp"
 #include "support/scene_text.hpp"
 
-namespace bulkley {
+namespace bulkley::run_loop_mpi_test {
 namespace {
 
 struct Calls {
@@ -135,4 +135,4 @@ TEST(FrameTimes, TheEndIsOne) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::run_loop_mpi_test

@@ -16,7 +16,7 @@
 #include "support/particle_builders.hpp"
 #include "support/tile_loads.hpp"
 
-namespace bulkley {
+namespace bulkley::scalar_transfer_mpi_test {
 namespace {
 
 constexpr LocalIndex n_particles = 3000;
@@ -142,4 +142,4 @@ TEST(ScalarTransfer, HasTheSameBitsOnAnyNumberOfRanksUnderAnyMap) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::scalar_transfer_mpi_test

@@ -12,7 +12,7 @@
 #include "integrator/diagnostics.hpp"
 #include "support/solver_run.hpp"
 
-namespace bulkley {
+namespace bulkley::solver_mpi_test {
 namespace {
 
 class SolverTest : public testing::Test {
@@ -490,4 +490,4 @@ TEST_F(SolverTest, DiagnosticsAreTheSameOnAnyNumberOfRanks) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::solver_mpi_test

@@ -8,7 +8,7 @@
 #include "support/reference_particles.hpp"
 #include "support/solver_run.hpp"
 
-namespace bulkley {
+namespace bulkley::solver_reference_mpi_test {
 namespace {
 
 ReferenceMpm reference_of(const SolverScene& scene) {
@@ -169,4 +169,4 @@ TEST_F(SolverReferenceTest, ParticlesFarFromTheOwnersOfTheirNodes) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::solver_reference_mpi_test

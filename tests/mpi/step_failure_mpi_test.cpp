@@ -9,7 +9,7 @@
 
 #include "support/solver_run.hpp"
 
-namespace bulkley {
+namespace bulkley::step_failure_mpi_test {
 namespace {
 
 struct Outcome {
@@ -98,4 +98,4 @@ TEST_F(StepFailureTest, AFixedStepThatHasBecomeTooLong) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::step_failure_mpi_test

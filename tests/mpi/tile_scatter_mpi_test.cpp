@@ -15,7 +15,7 @@
 #include "balance/ranges.hpp"
 #include "support/tile_loads.hpp"
 
-namespace bulkley {
+namespace bulkley::tile_scatter_mpi_test {
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
@@ -196,4 +196,4 @@ TEST_F(TileScatterTest, TheFieldsGhostsHoldTheNeighboursValues) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::tile_scatter_mpi_test

@@ -5,7 +5,7 @@
 #include "distribution/exchange.hpp"
 #include "support/traffic_case.hpp"
 
-namespace bulkley {
+namespace bulkley::traffic_mpi_test {
 namespace {
 
 TEST(Traffic, IsThatOfTheExchange) {
@@ -29,4 +29,4 @@ TEST(Traffic, IsThatOfTheExchange) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::traffic_mpi_test

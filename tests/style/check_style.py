@@ -179,6 +179,15 @@ def check_header(text):
             yield number, "no 'using namespace' in a header outside functions"
 
 
+def check_test_namespace(path, text):
+    """Test files are compiled together; what they call alike must not meet."""
+    if path.parts[:2] not in (("tests", "unit"), ("tests", "mpi")) or not path.stem.endswith("_test"):
+        return
+    name = f"namespace [\\w:]+::{path.stem} {{"
+    if not re.search(f"^{name}$", text, re.MULTILINE):
+        yield 1, f"a test file's namespace ends with its name, as in 'namespace bulkley::{path.stem}'"
+
+
 def check_text(text):
     lines = text.splitlines()
     for number, line in enumerate(lines, 1):
@@ -239,6 +248,7 @@ def check_tree(root):
             faults += check_world(path, text, used_exceptions)
             if path.suffix == ".hpp":
                 faults += check_header(text)
+            faults += check_test_namespace(path, text)
             if path.parts[0] in ("include", "src", "drivers"):
                 faults += check_modules(path, text)
                 faults += check_bare_calls(path, text, used_exceptions)

@@ -95,7 +95,14 @@ class CheckStyle(unittest.TestCase):
     def test_world_communicator(self):
         self.expect_fault("src/distribution/a.cpp", "auto c = MPI_COMM_WORLD;\n", "drivers and tests only")
         self.expect_fault("src/io/a.cpp", "auto c = PETSC_COMM_WORLD;\n", "drivers and tests only")
-        self.expect_none("tests/mpi/a_mpi_test.cpp", "Comm comm(MPI_COMM_WORLD);\n")
+        self.expect_none("tests/mpi/a_mpi_test.cpp", "namespace bulkley::a_mpi_test {\nComm comm(MPI_COMM_WORLD);\n}\n")
+
+    def test_namespace_of_a_test_file(self):
+        for file in ("tests/unit/base/a_test.cpp", "tests/mpi/a_test.cpp"):
+            self.expect_fault(file, "namespace bulkley {\n}\n", f"{file}:1: a test file's namespace ends with its name")
+            self.expect_fault(file, "namespace bulkley::a_test_of {\n}\n", "a test file's namespace ends with its name")
+            self.expect_none(file, "namespace bulkley::config::a_test {\n}\n")
+        self.expect_none("tests/perf/a_test.cpp", "namespace bulkley {\n}\n")
 
     def test_headers(self):
         self.expect_fault("include/bulkley/base/a.hpp", "#include <vector>\n#pragma once\n", "#pragma once")

@@ -11,7 +11,7 @@
 #include "balance/traffic.hpp"
 #include "support/tile_loads.hpp"
 
-namespace bulkley {
+namespace bulkley::bisection_test {
 namespace {
 
 /// As owners are defined: down the cuts, one after the other.
@@ -248,4 +248,4 @@ TEST(BisectionTest, WithoutLoadTheGridIsCutEvenly) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::bisection_test

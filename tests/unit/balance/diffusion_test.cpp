@@ -11,7 +11,7 @@
 #include "balance/ranges.hpp"
 #include "support/tile_loads.hpp"
 
-namespace bulkley {
+namespace bulkley::diffusion_test {
 namespace {
 
 using Parts = std::optional<std::vector<std::int32_t>>;
@@ -125,4 +125,4 @@ TEST(Diffused, MovesFewTilesAfterASmallChange) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::diffusion_test

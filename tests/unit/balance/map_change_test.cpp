@@ -8,7 +8,7 @@
 #include "balance/traffic.hpp"
 #include "support/tile_loads.hpp"
 
-namespace bulkley {
+namespace bulkley::map_change_test {
 namespace {
 
 class WorthwhileChange : public testing::Test {
@@ -111,4 +111,4 @@ TEST(WorthwhileChangeOnNodes, AWholeNewMapIsCutBetweenNodesFirst) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::map_change_test

@@ -12,7 +12,7 @@
 #include "grid/hilbert_curve.hpp"
 #include "support/tile_loads.hpp"
 
-namespace bulkley {
+namespace bulkley::partition_methods_test {
 namespace {
 
 constexpr PartitionMethod free_methods[] = {PartitionMethod::hilbert, PartitionMethod::bisection, PartitionMethod::metis};
@@ -376,4 +376,4 @@ TEST(Rebalanced, KeepsTheOwnersAndMovesLittle) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::partition_methods_test

@@ -9,7 +9,7 @@
 #include "bulkley/base/error.hpp"
 #include "support/tile_loads.hpp"
 
-namespace bulkley {
+namespace bulkley::partition_test {
 namespace {
 
 constexpr PartitionSettings uniform{PartitionMethod::uniform};
@@ -200,4 +200,4 @@ TEST(Partition, CountsWhatAChangeOfMapsMoves) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::partition_test

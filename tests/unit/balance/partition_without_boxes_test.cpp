@@ -8,7 +8,7 @@
 #include "bulkley/base/error.hpp"
 #include "support/tile_loads.hpp"
 
-namespace bulkley {
+namespace bulkley::partition_without_boxes_test {
 namespace {
 
 constexpr PartitionMethod all_free_methods[] = {PartitionMethod::hilbert, PartitionMethod::bisection, PartitionMethod::metis,
@@ -78,4 +78,4 @@ TEST(WithoutBoxes, NoLoadAtAll) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::partition_without_boxes_test

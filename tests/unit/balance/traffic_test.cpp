@@ -8,7 +8,7 @@
 
 #include "support/traffic_case.hpp"
 
-namespace bulkley {
+namespace bulkley::traffic_test {
 namespace {
 
 TEST(Traffic, NeighboursAreThoseWithCommonNodes) {
@@ -100,4 +100,4 @@ TEST(Traffic, TheSlowestRankIsTheStep) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::traffic_test

@@ -11,7 +11,7 @@
 #include <random>
 #include <vector>
 
-namespace bulkley {
+namespace bulkley::binned_sum_test {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -267,4 +267,4 @@ TEST(BinnedSum, SubtractsAndTravelsAsWords) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::binned_sum_test

@@ -10,7 +10,7 @@
 
 #include "bulkley/base/pack.hpp"
 
-namespace bulkley {
+namespace bulkley::order_free_test {
 namespace {
 
 const double bounds[] = {1e-250, 3e-20, 0.5, std::nextafter(1.0, 0.0), 1.0, 5.0, 1e6, 1e250};
@@ -103,4 +103,4 @@ TEST(OrderFree, PackLanesAreTheScalarBits) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::order_free_test

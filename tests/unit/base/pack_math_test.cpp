@@ -8,7 +8,7 @@
 #include <limits>
 #include <random>
 
-namespace bulkley {
+namespace bulkley::pack_math_test {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -135,4 +135,4 @@ TEST(PackMath, LanesAreIndependent) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::pack_math_test

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace bulkley {
+namespace bulkley::pack_test {
 namespace {
 
 Pack ramp(double first, double step) {
@@ -58,4 +58,4 @@ TEST(Pack, ComparisonsWithNaNAreFalse) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::pack_test

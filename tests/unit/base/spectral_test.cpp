@@ -12,7 +12,7 @@
 #include <random>
 #include <vector>
 
-namespace bulkley {
+namespace bulkley::spectral_test {
 namespace {
 
 using Symmetric = SymTensor<double>;
@@ -153,4 +153,4 @@ TEST(Spectrum, EachLaneIsTheScalarResultWhateverItsNeighbours) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::spectral_test

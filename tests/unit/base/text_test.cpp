@@ -4,7 +4,7 @@
 
 #include "base/hash.hpp"
 
-namespace bulkley {
+namespace bulkley::text_test {
 namespace {
 
 using Words = std::vector<std::string>;
@@ -35,4 +35,4 @@ TEST(Hash, IsTheFirstValueOfSplitmix64) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::text_test

@@ -5,7 +5,7 @@
 #include "bench/naive_kernel.cpp"  // NOLINT: unit tests link no support sources
 #include "support/reference_mpm.hpp"
 
-namespace bulkley {
+namespace bulkley::naive_kernel_test {
 namespace {
 
 Mat3 matrix(const double* rows) { return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(rows); }
@@ -70,4 +70,4 @@ TEST(NaiveKernel, RefusesWhatItCannotHold) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::naive_kernel_test

@@ -4,7 +4,7 @@
 
 #include "bulkley/base/error.hpp"
 
-namespace bulkley {
+namespace bulkley::duration_test {
 namespace {
 
 TEST(Duration, ReadsUnitsInFallingOrder) {
@@ -45,4 +45,4 @@ TEST(Duration, WritesWhatItReads) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::duration_test

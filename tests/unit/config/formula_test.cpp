@@ -7,7 +7,7 @@
 
 #include "support/scene_text.hpp"
 
-namespace bulkley::scene_test {
+namespace bulkley::scene_test::formula_test {
 namespace {
 
 const std::vector<std::string> position{"x", "y", "z"};
@@ -111,4 +111,4 @@ TEST(SceneFormulas, NeedAValueAtEveryParticle) {
 }
 
 }  // namespace
-}  // namespace bulkley::scene_test
+}  // namespace bulkley::scene_test::formula_test

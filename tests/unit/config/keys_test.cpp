@@ -5,7 +5,7 @@
 #include "bulkley/base/error.hpp"
 #include "config/choice.hpp"
 
-namespace bulkley::config_test {
+namespace bulkley::config_test::keys_test {
 
 enum class Mode { calm, wild };
 struct Gust {
@@ -288,4 +288,4 @@ TEST(Choice, TellsItsFaults) {
 }
 
 }  // namespace
-}  // namespace bulkley::config_test
+}  // namespace bulkley::config_test::keys_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace bulkley::config {
+namespace bulkley::config::nearest_test {
 namespace {
 
 const std::vector<std::string> words{"density", "viscosity", "end", "mode", "elastic_cfl"};
@@ -30,4 +30,4 @@ TEST(Nearest, ListsTheKnownWordsWhereNoneIsNear) {
 }
 
 }  // namespace
-}  // namespace bulkley::config
+}  // namespace bulkley::config::nearest_test

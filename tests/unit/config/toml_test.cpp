@@ -7,7 +7,7 @@
 
 #include "bulkley/base/error.hpp"
 
-namespace bulkley::config {
+namespace bulkley::config::toml_test {
 namespace {
 
 std::string fault_of(const std::string& text) {
@@ -172,4 +172,4 @@ TEST(Faults, PrintOnOneLineOfBoundedLength) {
 }
 
 }  // namespace
-}  // namespace bulkley::config
+}  // namespace bulkley::config::toml_test

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace bulkley {
+namespace bulkley::free_motion_test {
 namespace {
 
 const RigidMass top{2.0, Vec3(1.0, 2.0, 3.0)};
@@ -129,4 +129,4 @@ TEST(GuidedMotion, KeepsWhatTheGuideLeavesOfMomenta) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::free_motion_test

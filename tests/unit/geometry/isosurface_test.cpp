@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace bulkley {
+namespace bulkley::isosurface_test {
 namespace {
 
 /// What the lattice cuts off sharp edges: of each at most a prism over half a square of the lattice.
@@ -53,4 +53,4 @@ TEST(Isosurface, NothingInsideGivesAnEmptyMesh) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::isosurface_test

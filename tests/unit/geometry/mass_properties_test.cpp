@@ -8,7 +8,7 @@
 
 #include "geometry/surface.hpp"
 
-namespace bulkley {
+namespace bulkley::mass_properties_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -81,4 +81,4 @@ TEST(MassProperties, MomentsObeyTheTriangleInequality) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::mass_properties_test

@@ -6,7 +6,7 @@
 
 #include "bulkley/base/error.hpp"
 
-namespace bulkley {
+namespace bulkley::mesh_format_test {
 namespace {
 
 using enum MeshFormat;
@@ -139,4 +139,4 @@ TEST(MeshFormat, PlySaysWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::mesh_format_test

@@ -10,7 +10,7 @@
 #include "particle/seeding.hpp"
 #include "support/sample_meshes.hpp"
 
-namespace bulkley {
+namespace bulkley::mesh_shape_test {
 namespace {
 
 using namespace testing_support;
@@ -140,4 +140,4 @@ TEST(MeshShape, BuiltinFiguresAreClosedAndInOnePiece) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::mesh_shape_test

@@ -6,7 +6,7 @@
 
 #include "support/sample_meshes.hpp"
 
-namespace bulkley {
+namespace bulkley::mesh_solid_test {
 namespace {
 
 using namespace testing_support;
@@ -110,4 +110,4 @@ TEST(MeshSolid, ReachBoundsTheSearchOnly) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::mesh_solid_test

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace bulkley {
+namespace bulkley::rigid_motion_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -121,4 +121,4 @@ TEST(RigidMotion, MovedShapesKeepTheirDistances) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::rigid_motion_test

@@ -6,7 +6,7 @@
 #include "geometry/mesh_shape.hpp"
 #include "support/sample_meshes.hpp"
 
-namespace bulkley {
+namespace bulkley::sampled_distance_test {
 namespace {
 
 using namespace testing_support;
@@ -63,4 +63,4 @@ TEST(SampledDistance, RefusesMoreCellsThanMemoryHolds) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::sampled_distance_test

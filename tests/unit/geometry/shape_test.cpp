@@ -10,7 +10,7 @@
 
 #include "bulkley/base/error.hpp"
 
-namespace bulkley {
+namespace bulkley::shape_test {
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
@@ -234,4 +234,4 @@ TEST(Shape, DegenerateShapesAreUsageErrors) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::shape_test

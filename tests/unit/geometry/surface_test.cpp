@@ -9,7 +9,7 @@
 
 #include "geometry/mesh_solid.hpp"
 
-namespace bulkley {
+namespace bulkley::surface_test {
 namespace {
 
 const Bounds window{{-1.0, -1.0, -1.0}, {1.0, 1.5, 1.0}};
@@ -108,4 +108,4 @@ TEST(Surface, OfAMeshIsTheMesh) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::surface_test

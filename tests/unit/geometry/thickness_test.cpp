@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace bulkley {
+namespace bulkley::thickness_test {
 namespace {
 
 const Bounds room{Vec3(-1.0, -1.0, -1.0), Vec3(1.0, 1.0, 1.0)};
@@ -40,4 +40,4 @@ TEST(Thickness, OfWhatIsVeryFlatOrSlender) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::thickness_test

@@ -4,7 +4,7 @@
 
 #include "support/sample_meshes.hpp"
 
-namespace bulkley {
+namespace bulkley::triangle_mesh_test {
 namespace {
 
 using testing_support::cube;
@@ -85,4 +85,4 @@ TEST(TriangleMesh, InwardMeshHasNegativeVolume) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::triangle_mesh_test

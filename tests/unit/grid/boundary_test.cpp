@@ -8,7 +8,7 @@
 
 #include "bulkley/base/error.hpp"
 
-namespace bulkley {
+namespace bulkley::boundary_test {
 namespace {
 
 GridGeometry small_grid() {
@@ -363,4 +363,4 @@ TEST(MovingCollider, SpeedIsThatOfItsFarthestPoint) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::boundary_test

@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-namespace bulkley {
+namespace bulkley::contact_impulse_test {
 namespace {
 
 struct Push {
@@ -75,4 +75,4 @@ TEST(ContactImpulses, LeaveOutWhatIsNotFinite) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::contact_impulse_test

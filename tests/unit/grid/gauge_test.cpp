@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace bulkley {
+namespace bulkley::gauge_test {
 namespace {
 
 GridGeometry grid_of(const Int3& n_cells, std::array<bool, 3> periodic = {false, false, false}) {
@@ -175,4 +175,4 @@ TEST(Gauge, SharesOnColliders) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::gauge_test

@@ -8,7 +8,7 @@
 #include <random>
 #include <set>
 
-namespace bulkley {
+namespace bulkley::node_pool_test {
 namespace {
 
 GridGeometry grid_of_tiles(const Int3& n_tiles, SplineOrder order, bool periodic = false) {
@@ -173,4 +173,4 @@ TEST(Pool, NoTiles) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::node_pool_test

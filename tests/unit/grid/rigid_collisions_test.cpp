@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace bulkley {
+namespace bulkley::rigid_collisions_test {
 namespace {
 
 constexpr double g = 9.81, dx = 0.05;
@@ -248,4 +248,4 @@ TEST(RigidCollisions, OpenFacesLetBodiesPass) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::rigid_collisions_test

@@ -4,7 +4,7 @@
 
 #include <utility>
 
-namespace bulkley {
+namespace bulkley::tile_map_test {
 namespace {
 
 TileMap scattered(const GridGeometry& grid, int n_ranks) {
@@ -91,4 +91,4 @@ TEST(NodeOwnerTest, ANodeBehindAWallAndItsImageHaveOneOwner) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::tile_map_test

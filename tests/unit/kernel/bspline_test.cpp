@@ -9,7 +9,7 @@
 #include <cmath>
 #include <vector>
 
-namespace bulkley {
+namespace bulkley::bspline_test {
 namespace {
 
 template <SplineOrder value>
@@ -186,4 +186,4 @@ TYPED_TEST(Bspline, MomentSumRatioBounds) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::bspline_test

@@ -13,7 +13,7 @@
 #include "support/reference_particles.hpp"
 #include "support/serial_step.hpp"
 
-namespace bulkley {
+namespace bulkley::cell_means_test {
 namespace {
 
 constexpr double dt = 1e-3;
@@ -246,4 +246,4 @@ TEST(CellMeans, AreNumbersWhateverTheNodesDo) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::cell_means_test

@@ -11,7 +11,7 @@
 #include <random>
 #include <string>
 
-namespace bulkley {
+namespace bulkley::cells_test {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -424,4 +424,4 @@ TEST(Confine, PositionsThatAreNotFiniteAreCountedAsSuch) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::cells_test

@@ -7,7 +7,7 @@
 
 #include "support/serial_step.hpp"
 
-namespace bulkley {
+namespace bulkley::conservation_test {
 namespace {
 
 constexpr double dt = 1e-3;  // s
@@ -303,4 +303,4 @@ TEST(Conservation, C11AffineFieldsAreReproduced) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::conservation_test

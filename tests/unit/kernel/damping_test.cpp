@@ -7,7 +7,7 @@
 #include "kernel/transfer.hpp"
 #include "material/material.hpp"
 
-namespace bulkley {
+namespace bulkley::damping_test {
 namespace {
 
 constexpr double dx = 0.01, shear_wave_speed = 3.0;
@@ -64,4 +64,4 @@ TEST(Damping, ShearWavesHaveTheSpeedOfTheShearModulusAtRest) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::damping_test

@@ -7,7 +7,7 @@
 #include "kernel/stress_update.hpp"
 #include "rheometer/specimen.hpp"
 
-namespace bulkley {
+namespace bulkley::field_yield_test {
 namespace {
 
 using rheometer::Flow;
@@ -83,4 +83,4 @@ TEST(FieldYield, BelongsToFluidsThatYield) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::field_yield_test

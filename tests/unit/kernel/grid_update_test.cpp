@@ -5,7 +5,7 @@
 #include <limits>
 #include <vector>
 
-namespace bulkley {
+namespace bulkley::grid_update_test {
 namespace {
 
 const Vec3 gravity(0.5, 0.0, -9.81);
@@ -122,4 +122,4 @@ TEST(GridUpdate, ConstraintsOfANodeActInTheirOrder) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::grid_update_test

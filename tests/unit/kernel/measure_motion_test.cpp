@@ -9,7 +9,7 @@
 #include "support/reference_particles.hpp"
 #include "support/serial_step.hpp"
 
-namespace bulkley {
+namespace bulkley::measure_motion_test {
 namespace {
 
 TEST(MeasureMotion, MeasuredMotionIsThatOfTheStep) {
@@ -111,4 +111,4 @@ TEST(MeasureMotion, MotionThatIsNotFiniteIsCounted) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::measure_motion_test

@@ -7,7 +7,7 @@
 #include "kernel/bspline.hpp"
 #include "support/serial_step.hpp"
 
-namespace bulkley {
+namespace bulkley::node_volume_test {
 namespace {
 
 constexpr double far = 1e3;
@@ -137,4 +137,4 @@ TEST(NodeVolume, IsWhatMaterialThatFillsTheRoomBringsToNodes) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::node_volume_test

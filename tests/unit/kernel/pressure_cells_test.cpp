@@ -13,7 +13,7 @@
 
 #include "support/particle_builders.hpp"
 
-namespace bulkley {
+namespace bulkley::pressure_cells_test {
 namespace {
 
 using Form = VolumetricLaw::Form;
@@ -441,4 +441,4 @@ TEST(PressureCells, OrderOfParticlesInTheSetIsWithoutEffect) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::pressure_cells_test

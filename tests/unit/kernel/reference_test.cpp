@@ -7,7 +7,9 @@
 #include <Eigen/Geometry>
 #include <random>
 
-namespace bulkley {
+#include "support/particle_builders.hpp"
+
+namespace bulkley::reference_test {
 namespace {
 
 struct Totals {
@@ -31,29 +33,6 @@ Totals totals(const ReferenceMpm& mpm) {
     t.angular_scale += p.m * p.x.norm() * p.v.norm();
   }
   return t;
-}
-
-/// All combinations of transfer, order and force form.
-std::vector<TransferSettings> all_transfers() {
-  std::vector<TransferSettings> result;
-  for (const auto scheme :
-       {TransferScheme::pic, TransferScheme::flip, TransferScheme::blend, TransferScheme::apic, TransferScheme::moment_flip})
-    for (const auto order : {SplineOrder::quadratic, SplineOrder::cubic})
-      for (const auto gradient : {GradientForm::mls, GradientForm::bspline}) {
-        TransferSettings t;
-        t.scheme = scheme;
-        t.order = order;
-        t.gradient = gradient;
-        if (scheme == TransferScheme::moment_flip) t.damping_time = 0.01;
-        result.push_back(t);
-      }
-  return result;
-}
-
-std::string describe(const TransferSettings& t) {
-  static const char* const schemes[] = {"pic", "flip", "blend", "apic", "moment_flip"};
-  return std::string(schemes[static_cast<int>(t.scheme)]) + (t.order == SplineOrder::cubic ? " cubic" : " quadratic") +
-         (t.gradient == GradientForm::mls ? " mls" : " bspline");
 }
 
 /// A box of 8^3 cells of 1/8 m with open faces, away from the origin.
@@ -469,4 +448,4 @@ TEST(Reference, ElasticityHasItsLinearLimitAndItsUniaxialStress) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::reference_test

@@ -14,7 +14,7 @@
 #include "support/reference_particles.hpp"
 #include "support/serial_step.hpp"
 
-namespace bulkley {
+namespace bulkley::scalar_transfer_test {
 namespace {
 
 constexpr SplineOrder orders[] = {SplineOrder::quadratic, SplineOrder::cubic};
@@ -246,4 +246,4 @@ TEST(ScalarGather, GivesOnlyWhatIsAskedFor) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::scalar_transfer_test

@@ -5,7 +5,7 @@
 #include "support/reference_particles.hpp"
 #include "support/serial_step.hpp"
 
-namespace bulkley {
+namespace bulkley::step_against_reference_test {
 namespace {
 
 /// A box with one wall of each kind, a round obstacle, gravity, an elastic and a flowing material.
@@ -91,4 +91,4 @@ TEST(Step, TakesTheStepsOfTheReference) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::step_against_reference_test

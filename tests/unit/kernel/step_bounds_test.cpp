@@ -8,7 +8,7 @@
 #include <set>
 #include <string>
 
-namespace bulkley {
+namespace bulkley::step_bounds_test {
 namespace {
 
 // Distinct numbers in every member, from `seed`.
@@ -97,4 +97,4 @@ TEST(StepBounds, FailuresOfAnyKindCount) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::step_bounds_test

@@ -14,7 +14,7 @@
 
 #include "support/law_samples.hpp"
 
-namespace bulkley {
+namespace bulkley::stress_update_test {
 namespace {
 
 constexpr double dt = 1e-3;
@@ -469,4 +469,4 @@ TEST(StressUpdateFailures, CompressionToZeroVolumeOrThroughItIsAnInversion) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::stress_update_test

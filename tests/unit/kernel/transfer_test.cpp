@@ -9,7 +9,7 @@
 #include "support/reference_particles.hpp"
 #include "support/serial_step.hpp"
 
-namespace bulkley {
+namespace bulkley::transfer_test {
 namespace {
 
 ReferenceMpm reference_of(const SerialStep& run) {
@@ -443,4 +443,4 @@ TEST(GridToParticles, GathersTheNodesFourthNumberByPlaceInTheBlock) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::transfer_test

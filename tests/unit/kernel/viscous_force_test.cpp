@@ -12,7 +12,7 @@
 #include "support/reference_particles.hpp"
 #include "support/serial_step.hpp"
 
-namespace bulkley {
+namespace bulkley::viscous_force_test {
 namespace {
 
 const std::vector<double> viscosities{0.0, 3.0};  // of the scene's two materials
@@ -188,4 +188,4 @@ TEST(ViscousStress, IsRecordedWithItsWork) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::viscous_force_test

@@ -10,7 +10,7 @@
 #include "magnetics/elliptic.hpp"
 #include "magnetics/magnetisation.hpp"
 
-namespace bulkley {
+namespace bulkley::applied_field_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -230,4 +230,4 @@ TEST(MagnetBodies, StandWhereTheirPolesAre) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::applied_field_test

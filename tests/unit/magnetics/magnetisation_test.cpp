@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-namespace bulkley {
+namespace bulkley::magnetisation_test {
 namespace {
 
 using Law = Magnetisation::Law;
@@ -101,4 +101,4 @@ TEST(Magnetisation, HasTheFieldsInsideBalls) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::magnetisation_test

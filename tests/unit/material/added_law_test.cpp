@@ -10,7 +10,7 @@
 #include "kernel/stress_update.hpp"
 #include "scene/scene.hpp"
 
-namespace bulkley {
+namespace bulkley::added_law_test {
 
 // Sand under another name, with one number of its own.
 struct CopiedSand : DruckerPrager {
@@ -18,8 +18,17 @@ struct CopiedSand : DruckerPrager {
   static constexpr int n_variables = 1;
   CharacteristicStress characteristic_stress(double rate) const { return {7.0 * rate, 3.0}; }
 };
+// With the name of a law of the library.
+struct SecondHencky : Hencky {
+  static constexpr const char* law_name = "hencky";
+};
+
+}  // namespace bulkley::added_law_test
+
+namespace bulkley {
+
 template <>
-struct LawKeys<CopiedSand> : PlainKeys<CopiedSand> {
+struct LawKeys<added_law_test::CopiedSand> : PlainKeys<added_law_test::CopiedSand> {
   static const config::Keys<Input>& table() {
     using P = DruckerPrager::Parameters;
     static const auto keys =
@@ -36,6 +45,17 @@ struct LawKeys<CopiedSand> : PlainKeys<CopiedSand> {
   }
 };
 
+template <>
+struct LawKeys<added_law_test::SecondHencky> : PlainKeys<added_law_test::SecondHencky> {
+  static const config::Keys<Input>& table() {
+    static const config::Keys<Input> keys("Another one.");
+    return keys;
+  }
+};
+
+}  // namespace bulkley
+
+namespace bulkley::added_law_test {
 namespace {
 
 constexpr DruckerPrager::Parameters sand_parameters() {
@@ -176,22 +196,6 @@ TEST(AddedLaw, ParametersOfAProgramAreCheckedAgainstTheRangesOfTheKeys) {
   EXPECT_EQ(fault_with_density(NAN), "density is not given; it must be greater than 0");
 }
 
-struct SecondHencky : Hencky {
-  static constexpr const char* law_name = "hencky";
-};
-
-}  // namespace
-
-template <>
-struct LawKeys<SecondHencky> : PlainKeys<SecondHencky> {
-  static const config::Keys<Input>& table() {
-    static const config::Keys<Input> keys("Another one.");
-    return keys;
-  }
-};
-
-namespace {
-
 TEST(AddedLaw, NamesAreTakenOnce) {
   add_laws_once();
   EXPECT_THROW(add_law<SecondHencky>(), UsageError);
@@ -199,4 +203,4 @@ TEST(AddedLaw, NamesAreTakenOnce) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::added_law_test

@@ -9,7 +9,7 @@
 
 #include "support/law_samples.hpp"
 
-namespace bulkley {
+namespace bulkley::all_laws_test {
 namespace {
 
 using namespace material_test;
@@ -380,4 +380,4 @@ TEST_P(RateIndependent, OnlyTheIncrementCounts) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::all_laws_test

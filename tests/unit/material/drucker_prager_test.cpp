@@ -6,7 +6,7 @@
 
 #include "support/law_samples.hpp"
 
-namespace bulkley {
+namespace bulkley::drucker_prager_test {
 namespace {
 
 using namespace material_test;
@@ -164,4 +164,4 @@ TYPED_TEST(DruckerPragerOf, SlidingKeepsTheVolumeAndTheDirection) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::drucker_prager_test

@@ -6,7 +6,7 @@
 
 #include "support/law_samples.hpp"
 
-namespace bulkley {
+namespace bulkley::finite_viscoelastic_test {
 namespace {
 
 using namespace material_test;
@@ -115,4 +115,4 @@ TYPED_TEST(FiniteViscoelasticOf, WithoutBulkRelaxationTheBranchKeepsItsVolume) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::finite_viscoelastic_test

@@ -9,7 +9,7 @@
 
 #include "support/law_samples.hpp"
 
-namespace bulkley {
+namespace bulkley::fixed_corotated_test {
 namespace {
 
 using namespace material_test;
@@ -58,4 +58,4 @@ TEST(FixedCorotated, WaveSpeedAtRestIsThatOfLinearElasticity) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::fixed_corotated_test

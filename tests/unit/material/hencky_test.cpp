@@ -9,7 +9,7 @@
 
 #include "support/law_samples.hpp"
 
-namespace bulkley {
+namespace bulkley::hencky_test {
 namespace {
 
 using namespace material_test;
@@ -72,4 +72,4 @@ TEST(Hencky, WaveSpeedUnderPressure) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::hencky_test

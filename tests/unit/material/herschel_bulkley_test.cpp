@@ -13,7 +13,7 @@
 
 #include "support.hpp"
 
-namespace bulkley {
+namespace bulkley::herschel_bulkley_test {
 namespace {
 
 using namespace material_test;
@@ -347,4 +347,4 @@ TEST_P(TensorTable, AgreesWithTheReferenceInEveryLane) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::herschel_bulkley_test

@@ -8,7 +8,7 @@
 
 #include "support.hpp"
 
-namespace bulkley {
+namespace bulkley::neo_hookean_test {
 namespace {
 
 using namespace material_test;
@@ -165,4 +165,4 @@ TEST(NeoHookean, WithoutShearStiffnessKeepsBAtRest) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::neo_hookean_test

@@ -7,7 +7,7 @@
 
 #include "support/law_samples.hpp"
 
-namespace bulkley {
+namespace bulkley::newtonian_test {
 namespace {
 
 using namespace material_test;
@@ -83,4 +83,4 @@ TYPED_TEST(NewtonianOf, SteadyShearHasNoNormalStressDifference) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::newtonian_test

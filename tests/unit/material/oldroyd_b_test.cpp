@@ -8,7 +8,7 @@
 
 #include "support/law_samples.hpp"
 
-namespace bulkley {
+namespace bulkley::oldroyd_b_test {
 namespace {
 
 using namespace material_test;
@@ -124,4 +124,4 @@ TYPED_TEST(OldroydBOf, RateAndDissipationInSteadyShear) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::oldroyd_b_test

@@ -6,7 +6,7 @@
 #include "material/preset.hpp"
 #include "support.hpp"
 
-namespace bulkley {
+namespace bulkley::parameters_test {
 namespace {
 
 using material_test::foam;
@@ -199,4 +199,4 @@ TEST(Preset, CaveatsOfUncertainAndProposedNumbersOnly) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::parameters_test

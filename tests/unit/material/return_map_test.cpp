@@ -10,7 +10,7 @@
 #include <random>
 #include <vector>
 
-namespace bulkley {
+namespace bulkley::return_map_test {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -326,4 +326,4 @@ TEST(ReturnMap, IsochoricMeanOfEachLaneIsTheScalarResult) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::return_map_test

@@ -9,7 +9,7 @@
 
 #include "support.hpp"
 
-namespace bulkley {
+namespace bulkley::rheometer_test {
 namespace {
 
 using namespace material_test;
@@ -162,4 +162,4 @@ TEST_P(StartUp, ConvergesWithOrderOne) {
 INSTANTIATE_TEST_SUITE_P(Rate10, StartUp, testing::ValuesIn(start_up_cases), [](const auto& test) { return test.param.id; });
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::rheometer_test

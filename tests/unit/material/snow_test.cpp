@@ -6,7 +6,7 @@
 
 #include "support/law_samples.hpp"
 
-namespace bulkley {
+namespace bulkley::snow_test {
 namespace {
 
 using namespace material_test;
@@ -91,4 +91,4 @@ TYPED_TEST(SnowOf, HardeningIsBounded) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::snow_test

@@ -6,7 +6,7 @@
 
 #include "support/law_samples.hpp"
 
-namespace bulkley {
+namespace bulkley::thixotropic_test {
 namespace {
 
 using namespace material_test;
@@ -150,4 +150,4 @@ TYPED_TEST(ThixotropicOf, WithoutStructureAndResidualsThereIsNoShearStress) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::thixotropic_test

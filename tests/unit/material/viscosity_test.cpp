@@ -9,7 +9,7 @@
 #include "material/viscous_stress.hpp"
 #include "support/law_samples.hpp"
 
-namespace bulkley {
+namespace bulkley::viscosity_test {
 namespace {
 
 using namespace material_test;
@@ -56,4 +56,4 @@ TEST(SeparableViscosity, SomeSamplesHaveOne) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::viscosity_test

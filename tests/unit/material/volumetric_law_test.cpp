@@ -10,7 +10,7 @@
 
 #include "support/law_samples.hpp"
 
-namespace bulkley {
+namespace bulkley::volumetric_law_test {
 namespace {
 
 using namespace material_test;
@@ -140,4 +140,4 @@ TEST(VolumetricLawOfTait, WholeExponentsAreThePowersOfOthers) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::volumetric_law_test

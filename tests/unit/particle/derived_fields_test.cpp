@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace bulkley {
+namespace bulkley::derived_fields_test {
 namespace {
 
 ParticleSet one_particle() {
@@ -50,4 +50,4 @@ TEST(DerivedFields, NamesAreUniqueAlsoAmongTheStoredFields) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::derived_fields_test

@@ -11,7 +11,7 @@
 
 #include "particle/inflow.hpp"
 
-namespace bulkley {
+namespace bulkley::feed_profile_test {
 namespace {
 
 constexpr OpenEnds walled{};
@@ -205,4 +205,4 @@ TEST(FeedWithAProfile, SumsUpToItsFlowOnNodes) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::feed_profile_test

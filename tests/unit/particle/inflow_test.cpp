@@ -11,7 +11,7 @@
 #include "bulkley/base/error.hpp"
 #include "particle/feed_frames.hpp"
 
-namespace bulkley {
+namespace bulkley::inflow_test {
 namespace {
 
 GridGeometry grid() {
@@ -192,4 +192,4 @@ TEST(KeyFrames, AreReadAndChecked) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::inflow_test

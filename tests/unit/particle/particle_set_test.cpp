@@ -10,7 +10,7 @@
 
 #include "bulkley/base/error.hpp"
 
-namespace bulkley {
+namespace bulkley::particle_set_test {
 namespace {
 
 // A value that tells particle, field and component apart, in every type.
@@ -270,4 +270,4 @@ TEST(ParticleSet, VectorsAreThreeColumns) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::particle_set_test

@@ -12,7 +12,7 @@
 
 #include "bulkley/base/error.hpp"
 
-namespace bulkley {
+namespace bulkley::seeding_test {
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
@@ -396,4 +396,4 @@ TEST(Seeding, TheFirstUndefinedMotionIsFoundByTheShareThatHoldsIt) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::seeding_test

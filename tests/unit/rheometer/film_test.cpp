@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace bulkley {
+namespace bulkley::film_test {
 namespace {
 
 // Volume under the profile that ends at `radius`, from h dh/dr = -height integrated inwards in small steps; round or, per
@@ -48,4 +48,4 @@ TEST(Film, CoversTheFloorBetweenAllWalls) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::film_test

@@ -10,7 +10,7 @@
 #include "bulkley/base/error.hpp"
 #include "rheometer/fit_report.hpp"
 
-namespace bulkley::rheometer {
+namespace bulkley::rheometer::fit_test {
 namespace {
 
 MeasuredCurve exact(const ShearRheometerConstants& c, int n_points = 25) {
@@ -202,4 +202,4 @@ TEST(FitReport, SnippetHoldsTheFit) {
 }
 
 }  // namespace
-}  // namespace bulkley::rheometer
+}  // namespace bulkley::rheometer::fit_test

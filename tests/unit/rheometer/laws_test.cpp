@@ -11,7 +11,7 @@
 #include "rheometer/transient.hpp"
 #include "support.hpp"
 
-namespace bulkley::rheometer {
+namespace bulkley::rheometer::laws_test {
 namespace {
 
 using namespace rheometer_test;
@@ -96,4 +96,4 @@ TEST(Background, AddsItsStress) {
 }
 
 }  // namespace
-}  // namespace bulkley::rheometer
+}  // namespace bulkley::rheometer::laws_test

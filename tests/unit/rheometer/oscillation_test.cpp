@@ -9,7 +9,7 @@
 
 #include "support.hpp"
 
-namespace bulkley::rheometer {
+namespace bulkley::rheometer::oscillation_test {
 namespace {
 
 using namespace rheometer_test;
@@ -54,4 +54,4 @@ TEST(Oscillation, FarBelowYieldIsElastic) {
 }
 
 }  // namespace
-}  // namespace bulkley::rheometer
+}  // namespace bulkley::rheometer::oscillation_test

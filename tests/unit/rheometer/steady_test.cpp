@@ -11,7 +11,7 @@
 #include "rheometer/analytic.hpp"
 #include "support.hpp"
 
-namespace bulkley::rheometer {
+namespace bulkley::rheometer::steady_test {
 namespace {
 
 using namespace rheometer_test;
@@ -129,4 +129,4 @@ TEST(Pressure, IsReachedAndKept) {
 }
 
 }  // namespace
-}  // namespace bulkley::rheometer
+}  // namespace bulkley::rheometer::steady_test

@@ -11,7 +11,7 @@
 #include "rheometer/creep.hpp"
 #include "support.hpp"
 
-namespace bulkley::rheometer {
+namespace bulkley::rheometer::transient_test {
 namespace {
 
 using namespace rheometer_test;
@@ -147,4 +147,4 @@ TEST(Creep, StressThatNothingCarries) {
 }
 
 }  // namespace
-}  // namespace bulkley::rheometer
+}  // namespace bulkley::rheometer::transient_test

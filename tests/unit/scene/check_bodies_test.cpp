@@ -4,7 +4,7 @@
 
 #include "support/scene_text.hpp"
 
-namespace bulkley::scene_test {
+namespace bulkley::scene_test::check_bodies_test {
 namespace {
 
 std::string geometry_faults(const Scene& scene) {
@@ -116,4 +116,4 @@ TEST(CheckBodies, CountsOnlyNearTheBody) {
 }
 
 }  // namespace
-}  // namespace bulkley::scene_test
+}  // namespace bulkley::scene_test::check_bodies_test

@@ -4,7 +4,7 @@
 
 #include "support/scene_text.hpp"
 
-namespace bulkley::scene_test {
+namespace bulkley::scene_test::colliders_test {
 namespace {
 
 std::string with_rod(const std::string& keys, double radius = 0.06) {
@@ -73,4 +73,4 @@ TEST(CheckColliders, RefusesWhatIsThinnerThanTwoCells) {
 }
 
 }  // namespace
-}  // namespace bulkley::scene_test
+}  // namespace bulkley::scene_test::colliders_test

@@ -18,7 +18,7 @@
 #include "support/scene_text.hpp"
 #include "unit/scene/key_contexts.hpp"
 
-namespace bulkley::scene_test {
+namespace bulkley::scene_test::every_key_test {
 namespace {
 
 using config::Value;
@@ -405,4 +405,4 @@ TEST(EveryKey, TakesLittleMemory) {
 }
 
 }  // namespace
-}  // namespace bulkley::scene_test
+}  // namespace bulkley::scene_test::every_key_test

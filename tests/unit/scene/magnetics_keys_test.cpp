@@ -4,7 +4,7 @@
 
 #include "support/scene_text.hpp"
 
-namespace bulkley::scene_test {
+namespace bulkley::scene_test::magnetics_keys_test {
 namespace {
 
 const std::string material = "[materials.fluid.magnetic]\nlaw = \"linear\"\nsusceptibility = 2\n";
@@ -97,4 +97,4 @@ TEST(MagneticsKeys, FormulasAreFieldsOfMagnets) {
 }
 
 }  // namespace
-}  // namespace bulkley::scene_test
+}  // namespace bulkley::scene_test::magnetics_keys_test

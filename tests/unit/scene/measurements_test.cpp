@@ -4,7 +4,7 @@
 #include "scene/scene.hpp"
 #include "support/scene_text.hpp"
 
-namespace bulkley::scene_test {
+namespace bulkley::scene_test::measurements_test {
 namespace {
 
 const std::string plate =
@@ -101,4 +101,4 @@ TEST(Measurements, EmptyPatchesAreRefused) {
 }
 
 }  // namespace
-}  // namespace bulkley::scene_test
+}  // namespace bulkley::scene_test::measurements_test

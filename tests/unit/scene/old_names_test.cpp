@@ -5,7 +5,7 @@
 #include "scene/scene_difference.hpp"
 #include "support/scene_text.hpp"
 
-namespace bulkley::scene_test {
+namespace bulkley::scene_test::old_names_test {
 namespace {
 
 /// small_scene with further keys of [time], which start on line 7.
@@ -58,4 +58,4 @@ TEST(OldNames, AreNoDifferenceToTheSceneOfACheckpoint) {
 }
 
 }  // namespace
-}  // namespace bulkley::scene_test
+}  // namespace bulkley::scene_test::old_names_test

@@ -14,7 +14,7 @@
 #include "material/preset.hpp"
 #include "support/scene_text.hpp"
 
-namespace bulkley::scene_test {
+namespace bulkley::scene_test::scene_materials_test {
 namespace {
 
 const HerschelBulkley::Parameters& fluid(const Scene& scene) {
@@ -392,4 +392,4 @@ TEST(SceneMaterials, AtMost255) {
 }
 
 }  // namespace
-}  // namespace bulkley::scene_test
+}  // namespace bulkley::scene_test::scene_materials_test

@@ -15,7 +15,7 @@
 #include "scene/scene_difference.hpp"
 #include "support/scene_text.hpp"
 
-namespace bulkley::scene_test {
+namespace bulkley::scene_test::scene_round_trip_test {
 namespace {
 
 const std::filesystem::path source_folder =
@@ -249,4 +249,4 @@ TEST(PresetReference, IsCurrent) {
 }
 
 }  // namespace
-}  // namespace bulkley::scene_test
+}  // namespace bulkley::scene_test::scene_round_trip_test

@@ -9,7 +9,7 @@
 
 #include "support/scene_text.hpp"
 
-namespace bulkley::scene_test {
+namespace bulkley::scene_test::scene_test {
 namespace {
 
 TEST(Scene, TakesDefaultsFromTheStructs) {
@@ -245,4 +245,4 @@ TEST(SceneFaults, TimeStepsThatContradict) {
 }
 
 }  // namespace
-}  // namespace bulkley::scene_test
+}  // namespace bulkley::scene_test::scene_test

@@ -7,7 +7,7 @@
 #include <limits>
 #include <vector>
 
-namespace bulkley {
+namespace bulkley::impact_test {
 namespace {
 
 constexpr double dx = 0.0125;  // m
@@ -70,4 +70,4 @@ TEST(Impact, BoxesMeetWhereTheyOverlapAlongAllAxes) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::impact_test

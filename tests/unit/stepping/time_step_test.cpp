@@ -11,7 +11,7 @@
 
 #include "bulkley/base/error.hpp"
 
-namespace bulkley {
+namespace bulkley::time_step_test {
 namespace {
 
 constexpr double dx = 0.1;       // m
@@ -388,4 +388,4 @@ TEST(TimeStep, AFixedStepStaysButForOutputs) {
 }
 
 }  // namespace
-}  // namespace bulkley
+}  // namespace bulkley::time_step_test
