@@ -197,8 +197,8 @@ class FilmedDams(Case):
             for n, color in ((2, "0.92"), (1, "0.82")):
                 axes.axhspan(-n * sigma, n * sigma, color=color, lw=0, zorder=0)
             axes.set(xlabel="cells [mm]", ylabel="error of frame 8 [%]", xlim=(0, 2.2))
-            axes.legend(frameon=False, fontsize="small")
-        sheet.picture("filmed_dams_cells", f"Error of the reach in frame 8 over the cells, {film.title}.", draw)
+            axes.legend(frameon=False, fontsize="small", loc="center left", bbox_to_anchor=(1.0, 0.5))
+        sheet.picture("filmed_dams_cells", f"Error of the reach in frame 8 over the cells, {film.title}.", draw, size=(7.0, 3.2))
 
     def imex_cells(self, records, scheme, sheet):
         """How far frame 8 moves from coarse to fine cells, over the boxes that have all these runs on both."""
