@@ -1,4 +1,4 @@
-# Writes bulkley/version.hpp into the build folder: version, git commit, compiler, flags.
+# Writes into the build folder bulkley/version.hpp: version, compiler, flags; and git_commit.cpp, a source of the library.
 
 # A source archive holds the commit in a file, which git filled in (.gitattributes).
 set(BULKLEY_GIT_COMMIT unknown)
@@ -38,3 +38,4 @@ string(REPLACE "\\" "\\\\" BULKLEY_FLAGS "${BULKLEY_FLAGS}")
 string(REPLACE "\"" "\\\"" BULKLEY_FLAGS "${BULKLEY_FLAGS}")
 
 configure_file(${CMAKE_CURRENT_LIST_DIR}/version.hpp.in ${PROJECT_BINARY_DIR}/include/bulkley/version.hpp @ONLY)
+configure_file(${CMAKE_CURRENT_LIST_DIR}/git_commit.cpp.in ${PROJECT_BINARY_DIR}/git_commit.cpp @ONLY)

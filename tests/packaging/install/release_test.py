@@ -52,8 +52,8 @@ def main():
     build = work / "build"
     run(arguments.cmake, "-S", top, "-B", build, "-DBULKLEY_TESTS=OFF", f"-DCMAKE_CXX_COMPILER={arguments.compiler}",
         f"-DCMAKE_C_COMPILER={arguments.c_compiler}")
-    header = (build / "include/bulkley/version.hpp").read_text()
-    told = next(line for line in header.splitlines() if "git_commit" in line).split('"')[1]
+    generated = (build / "git_commit.cpp").read_text()
+    told = next(line for line in generated.splitlines() if "git_commit =" in line).split('"')[1]
     if len(told) < 7 or not commit.startswith(told):
         fail(f"the archive of {commit} calls itself {told}")
     print(f"{archive.name}: {len(names)} files, {archive.stat().st_size / 1e6:.1f} MB, commit {told}")
