@@ -10,6 +10,7 @@
 #include <functional>
 #include <limits>
 #include <numeric>
+#include <span>
 
 #include "support/tile_loads.hpp"
 
@@ -239,7 +240,7 @@ TEST_F(ExchangeTest, PairsGoTheWaysOfTheirHalves) {
     exchange.add(pairs.data(), sums[0].data(), sums[1].data());
     int n_wrong = 0;
     for (int half = 0; half < 2; ++half)
-      n_wrong += std::memcmp(sums[half].data(), expected[half].data(), sums[half].size() * sizeof(Node)) != 0;
+      n_wrong += !std::ranges::equal(std::as_bytes(std::span(sums[half])), std::as_bytes(std::span(expected[half])));
     EXPECT_EQ(n_wrong, 0);
 
     exchange.get(sums[0].data(), motion.data());

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 
+#include "support/random_vectors.hpp"
 #include "support/solver_run.hpp"
 
 namespace bulkley::fronts_mpi_test {
@@ -29,7 +30,7 @@ class FrontsTest : public testing::Test {
     std::mt19937_64 random(5);
     std::uniform_real_distribution<double> uniform(-1.0, 1.0);
     for (LocalIndex p = 0; p < n; ++p) {
-      const Vec3 x(uniform(random), uniform(random), uniform(random));
+      const Vec3 x = random_vector(uniform, random);
       place_particle(set, p, x, p % 3 == 0 ? 0.7 : 0.1, 1.0);
       set.material()[p] = p % 2;
     }

@@ -14,6 +14,7 @@
 #include <thread>
 
 #include "distribution/particle_grid.hpp"
+#include "support/random_vectors.hpp"
 #include "support/tile_loads.hpp"
 
 namespace {
@@ -134,7 +135,7 @@ TEST_F(NeighboursTest, FollowParticlesThatWalkAndLeap) {
   std::mt19937 random(static_cast<unsigned>(31 + comm.rank()));
   std::uniform_real_distribution<double> unit(0.0, 1.0);
   const Vec3 lower = geometry.lower, size = geometry.upper() - geometry.lower;
-  const auto anywhere = [&] { return Vec3(lower + size.cwiseProduct(Vec3(unit(random), unit(random), unit(random)))); };
+  const auto anywhere = [&] { return Vec3(lower + size.cwiseProduct(random_vector(unit, random))); };
   ParticleSet particles;
   constexpr LocalIndex n = 40;
   particles.resize(n);

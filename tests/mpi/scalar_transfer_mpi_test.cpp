@@ -14,6 +14,7 @@
 #include "kernel/scalar_deposit.hpp"
 #include "kernel/scalar_gather.hpp"
 #include "support/particle_builders.hpp"
+#include "support/random_vectors.hpp"
 #include "support/tile_loads.hpp"
 
 namespace bulkley::scalar_transfer_mpi_test {
@@ -35,7 +36,7 @@ Scene scene_of(SplineOrder order, const std::array<bool, 3>& periodic) {
   std::mt19937 random(4);
   std::normal_distribution<double> normal(0.0, 0.25);
   for (LocalIndex p = 0; p < n_particles; ++p) {
-    Vec3 x(normal(random), normal(random), normal(random));
+    Vec3 x = random_vector(normal, random);
     for (int axis = 0; axis < 3; ++axis) {
       const double size = scene.grid.upper()[axis];
       x[axis] = periodic[axis] ? (x[axis] < 0.0 ? x[axis] + size : x[axis]) : std::min(std::abs(x[axis]), size);

@@ -7,6 +7,7 @@
 #include <random>
 #include <vector>
 
+#include "support/random_vectors.hpp"
 #include "unit/material/support.hpp"
 
 namespace bulkley::material_test {
@@ -136,11 +137,6 @@ State<double, n_internal<Law>> reachable_state(const Law& law, Random& random, d
     for (int step = 0; step < 3; ++step) law.update(state, random_tensor(random, strain), 1e-2);
     return state;
   }
-}
-
-inline Eigen::Matrix3d random_rotation(std::mt19937_64& random) {
-  std::normal_distribution<double> normal(0.0, 1.0);
-  return Eigen::Quaterniond(normal(random), normal(random), normal(random), normal(random)).normalized().toRotationMatrix();
 }
 
 inline Tensor<double> tensor(const Eigen::Matrix3d& m) {

@@ -13,6 +13,7 @@
 #include "kernel/p2g.hpp"
 #include "kernel/stress_update.hpp"
 #include "support/particle_builders.hpp"
+#include "support/random_vectors.hpp"
 
 namespace bulkley {
 
@@ -43,18 +44,18 @@ inline ParticleSet random_particles(const SerialScene& scene, LocalIndex count, 
                                     double half_width = 0.2) {
   std::mt19937_64 generator(seed);
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);
-  const auto random_vector = [&] { return Vec3(uniform(generator), uniform(generator), uniform(generator)); };
   const auto random_matrix = [&] {
     Mat3 m;
-    for (int a = 0; a < 3; ++a) m.col(a) = random_vector();
+    for (int a = 0; a < 3; ++a) m.col(a) = random_vector(uniform, generator);
     return m;
   };
   ParticleSet set(gradient_if(scene.transfer.needs_velocity_gradient()));
   set.resize(count);
   const Vec3 middle = 0.5 * (scene.grid.lower + scene.grid.upper());
   for (LocalIndex p = 0; p < count; ++p) {
-    place_particle(set, p, middle + half_width * random_vector(), 1.5 + uniform(generator), 1e-3);
-    set.set_vector(Field::velocity, p, random_vector());
+    const double mass = 1.5 + uniform(generator);
+    place_particle(set, p, middle + half_width * random_vector(uniform, generator), mass, 1e-3);
+    set.set_vector(Field::velocity, p, random_vector(uniform, generator));
     set_tensor(set, Field::affine_velocity, p, random_matrix());
     const Mat3 s = random_matrix();
     if (stressed) set_symmetric(set, Field::kirchhoff_stress, p, 1e3 * (s + s.transpose()));

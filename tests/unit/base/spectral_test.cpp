@@ -12,6 +12,8 @@
 #include <random>
 #include <vector>
 
+#include "support/random_vectors.hpp"
+
 namespace bulkley::spectral_test {
 namespace {
 
@@ -26,11 +28,6 @@ Eigen::Matrix3d matrix(const Symmetric& t) {
 
 Symmetric symmetric(const Eigen::Matrix3d& m) {
   return {{m(0, 0), m(1, 1), m(2, 2), 0.5 * (m(0, 1) + m(1, 0)), 0.5 * (m(1, 2) + m(2, 1)), 0.5 * (m(0, 2) + m(2, 0))}};
-}
-
-Eigen::Matrix3d random_rotation(std::mt19937_64& random) {
-  std::normal_distribution<double> normal(0.0, 1.0);
-  return Eigen::Quaterniond(normal(random), normal(random), normal(random), normal(random)).normalized().toRotationMatrix();
 }
 
 // Q diag(values) Q^T

@@ -8,6 +8,8 @@
 #include <random>
 #include <vector>
 
+#include "support/random_vectors.hpp"
+
 namespace bulkley::contact_impulse_test {
 namespace {
 
@@ -21,8 +23,8 @@ std::vector<Push> pushes(int n) {
   std::vector<Push> result;
   for (int i = 0; i < n; ++i) {
     const double size = std::pow(10.0, 6.0 * uniform(random));
-    result.push_back({size * Vec3(uniform(random), uniform(random), uniform(random)),
-                      Vec3(uniform(random), uniform(random), uniform(random))});
+    const Vec3 impulse = size * random_vector(uniform, random);
+    result.push_back({impulse, random_vector(uniform, random)});
   }
   return result;
 }

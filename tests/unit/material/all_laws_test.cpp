@@ -139,7 +139,7 @@ TEST_P(AllLaws, WaveSpeedBoundsEveryPlaneWave) {
       if (std::string(GetParam().id) == "newtonian_without_tension" && std::fabs(state.volume_ratio - 1.0) < 1e-2) continue;
       if constexpr (std::is_same_v<std::decay_t<decltype(law)>, DruckerPrager>)
         if (std::fabs(std::log(state.volume_ratio) - law.tip_strain()) < 1e-2) continue;
-      Eigen::Vector3d n(normal(random), normal(random), normal(random));
+      Eigen::Vector3d n = random_vector(normal, random);
       if (i % 2 == 0)  // a principal direction
         n = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(matrix(state.left_cauchy_green)).eigenvectors().col(i / 2 % 3);
       n.normalize();

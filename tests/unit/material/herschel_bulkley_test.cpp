@@ -11,6 +11,7 @@
 #include <random>
 #include <vector>
 
+#include "support/random_vectors.hpp"
 #include "support.hpp"
 
 namespace bulkley::herschel_bulkley_test {
@@ -141,7 +142,6 @@ TEST_P(EveryLaw, RandomStepsKeepTheInvariants) {
 // A superposed rotation f -> Q f, and a rotated start with f -> Q f Q^T, both rotate the outcome.
 TEST_P(EveryLaw, IsObjective) {
   std::mt19937_64 random(12);
-  std::normal_distribution<double> normal(0.0, 1.0);
   constexpr double dt = 1e-3;
   for (int i = 0; i < 200; ++i) {
     const State<double> start = random_state(random, 0.05);
@@ -149,8 +149,7 @@ TEST_P(EveryLaw, IsObjective) {
     State<double> plain = start;
     const auto result = law().update(plain, L, dt);
 
-    const Eigen::Matrix3d Q =
-        Eigen::Quaterniond(normal(random), normal(random), normal(random), normal(random)).normalized().toRotationMatrix();
+    const Eigen::Matrix3d Q = random_rotation(random);
     Tensor<double> rotation;
     Eigen::Matrix3d f = Eigen::Matrix3d::Identity();
     for (int r = 0; r < 3; ++r) {
