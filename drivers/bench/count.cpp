@@ -24,8 +24,9 @@ double weight_flops(const WorkCase& w) { return 3.0 * (quadratic(w) ? 4 + 9 : 4 
 double derivative_flops(const WorkCase& w) { return bspline(w) ? 3.0 * (quadratic(w) ? 4 : 14) : 0.0; }
 
 WorkTerm p2g_particles(const WorkCase& w) {
-  // x, v, tau, m, V, and C where it is used.
-  const int n_doubles = 3 + 3 + 6 + 1 + 1 + (w.transfer.affine() ? 9 : 0);
+  // x, v, m, V, tau or what makes it, b and, unless the cell's mean stress is known, J; and C where it is used.
+  const int of_stress = w.stores_stress || w.shares_dilation ? 6 : 7;
+  const int n_doubles = 3 + 3 + 1 + 1 + of_stress + (w.transfer.affine() ? 9 : 0);
   return {"p2g, particles", n_doubles * pass + cell, 0.0};
 }
 
@@ -33,6 +34,7 @@ WorkTerm p2g_coefficients(const WorkCase& w) {
   const double s = width(w);
   double flops = weight_flops(w) + s * s;                    // and the products w_x w_y
   flops += 3 + 1 + 9;                                        // m v, dt V tau
+  if (!w.stores_stress) flops += 6 + 6 + (w.shares_dilation ? 3 : 7);  // tau of b and J
   if (w.transfer.affine()) flops += 1 + 9;                   // a = m dx C
   if (!bspline(w)) flops += split(w) ? 9 * 2 : 9;            // the force's part of the impulse, or its addition to a
   if (!split(w) || both_residuals(w)) flops += 9 * 2;        // q = m v - a f
@@ -78,8 +80,9 @@ WorkTerm g2p_particles(const WorkCase& w) {
 }
 
 WorkTerm stress(const WorkCase& w) {
-  // What g2p has just read and written is still in cache. Reads b, J, V, tau, material; writes b, J and tau back.
-  double bytes = (6 + 1 + 1 + 6) * pass + 1 + (6 + 1 + 6) * pass;
+  // What g2p has just read and written is still in cache. Reads b, J, V, material; writes b and J back; likewise tau
+  // where it is stored.
+  double bytes = (6 + 1 + 1) * pass + 1 + (6 + 1) * pass + (w.stores_stress ? 2 * 6 * pass : 0.0);
   double flops = 12 + 14 + 30 + 75 + 7 + 1;  // 1 + dt L, its determinant, inverse cube root, f b f^T, scaled; J
   flops += 6 + 6 + 7;                        // deviator, tau
   flops += 20 + 12 + 14;                     // wave speed, norm of tau, whether finite
@@ -97,7 +100,7 @@ WorkTerm stress(const WorkCase& w) {
 WorkTerm locate(const WorkCase&) { return {"locate", cell, 3 * 10}; }  // x is in cache; writes the cell back
 
 WorkTerm sort(const WorkCase& w) {
-  const ParticleSet particles;
+  const ParticleSet particles(w.stores_stress ? OptionalFields{Field::kirchhoff_stress} : OptionalFields{});
   double bytes = 4 * cell;  // reads the cells, writes the order blindly, and the cells in it
   for (const ParticleSet::Column& column : particles.columns())
     if (column.moves) bytes += 3.0 * static_cast<double>(column.element_size) + cell;  // read, written blindly, by the order
@@ -114,10 +117,10 @@ WorkTerm nodes(const WorkCase& w) {
 
 WorkTerm cell_means(const WorkCase& w) {
   if (!w.shares_dilation) return {"cell means", 0.0, 0.0};
-  // The pressures' pass reads the normal stresses, V, J and the cell; the dilations' x, V and the cell. A cell's sums, one node's size: set
+  // The pressures' pass reads V, J, the cell and stored normal stresses; the dilations' x, V and the cell. A cell's sums, one node's size: set
   // (2), added to (2), divided (2), read by p2g (1); added to (2), divided (2), read by the stress update (1).
   const double s = width(w);
-  const double bytes = (3 + 1 + 1) * pass + cell + (3 + 1) * pass + cell + w.nodes_per_particle * 12 * node_bytes;
+  const double bytes = ((w.stores_stress ? 3 : 0) + 1 + 1) * pass + cell + (3 + 1) * pass + cell + w.nodes_per_particle * 12 * node_bytes;
   // Mean stress and three rounded terms; the slopes, and the sum over the stencil, factored by axis; L and J in the stress update.
   const double trace = (s * s * (2 * s) + s * (2 * s) + 2 * s) * lanes;
   const double flops = (3 + 2 + 3 * 2 + 3) + weight_flops(w) + (bspline(w) ? derivative_flops(w) : 3.0 * s * 3) + trace + 6 + 2 * 7 + 3;

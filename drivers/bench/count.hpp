@@ -19,6 +19,7 @@ struct WorkCase {
   TransferSettings transfer;
   bool flows = false;               ///< the material has a yield surface
   bool shares_dilation = false;     ///< its particles keep their volume by cells
+  bool stores_stress = false;       ///< else it follows from b and J
   double sorts_per_step = 0.0;      ///< physical sorts
   double nodes_per_particle = 0.0;  ///< grid nodes that particles reach
 };

@@ -104,22 +104,18 @@ void start_shear(const BenchCase& what, const Scene& scene, ParticleSet& particl
   const double rate = shear_rate(what);
   // The shear is uniform, so one state serves all particles.
   State<double> state = rest_state();
-  SymTensor<double> stress{};
   if (const auto* fluid = std::get_if<HerschelBulkley>(&material)) {
     constexpr double strain = 0.5;  // beyond that of steady flow
     constexpr int n_marches = 200;
     Tensor<double> gradient{};
     gradient(0, 1) = rate;
     for (int march = 0; march < n_marches; ++march)
-      stress = fluid->update(state, gradient, strain / rate / n_marches).kirchhoff_stress;
+      fluid->update(state, gradient, strain / rate / n_marches);
   }
   for (LocalIndex p = 0; p < particles.size(); ++p) {
     particles.real(Field::velocity, 0)[p] += rate * (particles.real(Field::position, 1)[p] - 0.5);
     particles.real(Field::affine_velocity, 1)[p] = rate;
-    for (int c = 0; c < 6; ++c) {
-      particles.real(Field::left_cauchy_green, c)[p] = state.left_cauchy_green.c[c];
-      particles.real(Field::kirchhoff_stress, c)[p] = stress.c[c];
-    }
+    for (int c = 0; c < 6; ++c) particles.real(Field::left_cauchy_green, c)[p] = state.left_cauchy_green.c[c];
     particles.real(Field::volume_ratio)[p] = state.volume_ratio;
   }
 }

@@ -109,9 +109,10 @@ std::string Suite::floor_of(const BenchCase& what, const BenchResult& result, Js
   const Scene scene = bench_scene(what);
   const bool flows = std::holds_alternative<HerschelBulkley>(scene.materials.front().material);
   const bool shares = !sharing_materials(scene).empty();
+  const bool stores = optional_fields(scene).contains(Field::kirchhoff_stress);
   double bytes = 0.0, flops = 0.0;
   Json terms = Json::array();
-  for (const WorkTerm& term : count_work({what.transfer, flows, shares, result.sorts_per_step, result.nodes_per_particle})) {
+  for (const WorkTerm& term : count_work({what.transfer, flows, shares, stores, result.sorts_per_step, result.nodes_per_particle})) {
     bytes += term.bytes;
     flops += term.flops;
     terms.push_back({{"what", term.what}, {"bytes", rounded(term.bytes)}, {"flops", rounded(term.flops)}});

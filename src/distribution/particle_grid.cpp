@@ -191,6 +191,7 @@ void ParticleGrid::rebuild_pool() {
   ++local_version_;
   begin_move();
   locate(grid_, layout_, particles_, map_, leavers_);
+  if (leavers_.empty()) leavers_.shrink_to_fit();  // before the first pool all particles were
   note_unknown_owners();
 }
 

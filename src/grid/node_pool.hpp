@@ -38,6 +38,17 @@ struct CacheLineAllocator {
 using NodeVector = std::vector<Node, CacheLineAllocator<Node>>;
 using NodePairVector = std::vector<NodePair, CacheLineAllocator<NodePair>>;
 
+/// Room for `n` values, which are undefined afterwards. Where there is not enough the old memory goes before the new one is taken, so
+/// that the two are never there together; a little more than `n` is reserved, because material goes on spreading. Not collective.
+template <class Vector>
+void renew(Vector& values, std::size_t n) {
+  if (n > values.capacity()) {
+    values = Vector();
+    values.reserve(n + n / 16);
+  }
+  values.resize(n);
+}
+
 /// A contiguous run of pool nodes: (i, j, k .. k + count - 1) in grid indices (not yet wrapped), at pool index `offset`.
 struct NodeRow {
   int i, j, k;

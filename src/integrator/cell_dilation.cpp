@@ -13,7 +13,8 @@ constexpr double cells_to_relax = 10.0;
 
 }  // namespace
 
-CellDilation::CellDilation(StepParts& parts) : parts_(parts), least_density_(std::numeric_limits<double>::infinity()) {
+CellDilation::CellDilation(StepParts& parts, const StressOfState& stress)
+    : parts_(parts), stress_(stress), least_density_(std::numeric_limits<double>::infinity()) {
   const Physics& physics = parts.physics;
   for (std::size_t m = 0; m < physics.materials.size(); ++m) {
     place_of_.push_back(physics.shares_dilation[m] ? n_sharing_++ : -1);
@@ -43,8 +44,8 @@ void CellDilation::begin(double time, double dt) {
     for_each_carried(parts_.physics, time, particles,
                      [&](std::size_t, LocalIndex p) { groups_[static_cast<std::size_t>(p)] = -1; });
   }
-  sums_.resize(parts_.particles.map().count.size() * static_cast<std::size_t>(n_sharing_));
-  sum_stress(particles, groups(), bounds(), sums_);
+  renew(sums_, parts_.particles.map().count.size() * static_cast<std::size_t>(n_sharing_));
+  sum_stress(particles, groups(), bounds(), sums_, stress_);
   take_means_of_stress(sums_);
   const double crossing = parts_.particles.bounds().motion.wave_speed.value / parts_.physics.grid.cell_size;
   relaxation_ = -std::expm1(-dt * crossing / cells_to_relax);

@@ -10,8 +10,8 @@ namespace bulkley {
 
 class CellDilation {
  public:
-  /// `parts` must outlive this.
-  explicit CellDilation(StepParts& parts);
+  /// Both must outlive this.
+  CellDilation(StepParts& parts, const StressOfState& stress);
 
   /// Groups the particles as they are at `time` and finds their mean stress and volume ratio, for a step of dt. What an inflow carries
   /// keeps its own. Not collective.
@@ -33,6 +33,7 @@ class CellDilation {
   CellSumBounds bounds() const;
 
   StepParts& parts_;
+  const StressOfState& stress_;
   std::vector<int> place_of_;  ///< by material, among those that take part; -1: none
   int n_sharing_ = 0;          ///< materials that take part
   double least_density_;       ///< of them, kg/m^3

@@ -22,6 +22,7 @@ constexpr double empty_mass = 0x1p-48;
 
 ExplicitStep::ExplicitStep(StepParts& parts)
     : parts_(parts),
+      stress_(parts.physics.materials),
       splits_(parts.physics.transfer.keeps_residual()),
       impulses_(splits_                           ? Impulses::apart
                 : parts.physics.separate_energies ? Impulses::both
@@ -29,7 +30,7 @@ ExplicitStep::ExplicitStep(StepParts& parts)
       crowding_(parts.physics, block_size),
       received_(parts.contact.no_impulses()) {
   parts_.budget.set_combined(impulses_ == Impulses::joined);
-  if (!parts.physics.shares_dilation.empty()) dilation_ = std::make_unique<CellDilation>(parts);
+  if (!parts.physics.shares_dilation.empty()) dilation_ = std::make_unique<CellDilation>(parts, stress_);
   if (!parts.physics.volumetric_laws.empty()) pressure_ = std::make_unique<ImplicitPressure>(parts);
   if (!parts.physics.implicit_viscosities.empty()) viscosity_ = std::make_unique<ImplicitViscosity>(parts);
   for (const NamedMaterial& named : parts.physics.materials)
@@ -123,13 +124,17 @@ void ExplicitStep::fit() {
   const PhaseTimer timer(parts_.times, Phase::rebuild);
   const auto n_owned = static_cast<std::size_t>(parts_.particles.exchange().n_owned());
   const auto n_pool = static_cast<std::size_t>(parts_.particles.layout().n_nodes());
-  velocity_.assign(n_owned, Node{});
+  const auto zeros = [](auto& nodes, std::size_t n) {
+    renew(nodes, n);
+    std::ranges::fill(nodes, typename std::decay_t<decltype(nodes)>::value_type{});
+  };
+  zeros(velocity_, n_owned);
   crowding_.fit(parts_.particles.exchange());
   if (impulses_ != Impulses::joined) {
-    change_.assign(n_owned, Node{});
-    pairs_.assign(n_pool, NodePair{});
+    zeros(change_, n_owned);
+    zeros(pairs_, n_pool);
   }
-  if (!splits_) pool_.assign(n_pool, Node{});
+  if (!splits_) zeros(pool_, n_pool);
 }
 
 void ExplicitStep::particles_to_nodes(double time, double dt, const SumBounds& sums, const ForceField& force) {
@@ -138,7 +143,7 @@ void ExplicitStep::particles_to_nodes(double time, double dt, const SumBounds& s
     const PhaseTimer timer(parts_.times, Phase::p2g);
     if (dilation_) dilation_->begin(time, dt);
     p2g(particles.grid(), parts_.physics.transfer, particles.layout(), particles.particles(), particles.map(), sums, dt,
-        pool, force, impulses..., dilation_ ? dilation_->means() : CellMeans{});
+        pool, force, impulses..., dilation_ ? dilation_->means() : CellMeans{}, stress_);
   };
   const bool joined = impulses_ == Impulses::joined;
   if (joined)

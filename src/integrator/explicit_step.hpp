@@ -46,6 +46,7 @@ class ExplicitStep : public Integrator {
   Node* change() { return impulses_ == Impulses::joined ? nullptr : change_.data(); }
 
   StepParts& parts_;
+  StressOfState stress_;
   double shear_wave_speed_ = 0.0;  ///< m/s, the largest of the materials at rest
   bool splits_;           ///< particles get the change of velocity, too, for the transfer keeps a residual
   Impulses impulses_;     ///< apart where splits_; both where only the energy budget asks for them

@@ -24,18 +24,22 @@ std::map<std::string, Number> without_prefix(const std::map<std::string, Number>
 
 // Wave speed, viscosity and stress bounds of particles as they are, without a step.
 void measure_state(const std::vector<NamedMaterial>& materials, const ParticleSet& particles, StepBounds& bounds) {
+  const StressOfState of_state(materials);
+  const ParticleStress stress(particles, of_state);
   for (LocalIndex p = 0; p < particles.size(); ++p) {
-    SymTensor<double> stress;
-    for (int c = 0; c < 6; ++c) stress.c[c] = particles.real(Field::kirchhoff_stress, c)[p];
+    double rounding = 0.0;
     const double J = particles.real(Field::volume_ratio)[p];
     const GlobalIndex id = particles.id()[p];
     std::visit(
         [&](const auto& law) {
-          bounds.motion.wave_speed.include(std::sqrt(law.wave_speed_squared(particle_state(law, particles, p))), id);
+          const double speed_squared = law.wave_speed_squared(particle_state(law, particles, p));
+          bounds.motion.wave_speed.include(std::sqrt(speed_squared), id);
+          rounding = stress_rounding * law.density() * speed_squared;
           if (law.viscosity() > 0.0) bounds.motion.viscosity.include(J * law.viscosity() / law.density(), id);
         },
         materials[particles.material()[p]].material);
-    bounds.sums.stress_volume.include(particles.real(Field::reference_volume)[p] * std::sqrt(norm_squared(stress)));
+    bounds.sums.stress_volume.include(particles.real(Field::reference_volume)[p] *
+                                      std::hypot(std::sqrt(norm_squared(stress.of_one(p))), rounding));
     bounds.totals.smallest_volume_ratio.include(J);
     bounds.totals.largest_volume_ratio.include(J);
   }

@@ -127,20 +127,19 @@ void find_all(const GridGeometry& grid, const TransferSettings& transfer, const 
 }  // namespace
 
 [[gnu::flatten]] void sum_stress(const ParticleSet& particles, CellGroups groups, const CellSumBounds& bounds,
-                                 std::span<CellSums> sums) {
-  const FieldColumns<3> normal_stress(particles, Field::kirchhoff_stress);
+                                 std::span<CellSums> sums, const StressOfState& of_state) {
+  const ParticleStress stress(particles, of_state);
   const FieldColumns<1> volume(particles, Field::reference_volume), ratio(particles, Field::volume_ratio);
   const double v = constant_of(bounds, bounds.volume), t = constant_of(bounds, bounds.stress),
                j = constant_of(bounds, bounds.volume * bounds.ratio);
   std::ranges::fill(sums, CellSums{});
   const LocalIndex n = particles.size();
   for (LocalIndex p = 0; p < n; p += n_lanes) {
-    normal_stress.prefetch(p + prefetch_distance);
+    stress.prefetch_mean(p + prefetch_distance);
     volume.prefetch(p + prefetch_distance);
     ratio.prefetch(p + prefetch_distance);
     const Pack V = volume(p);
-    const Pack mean = (1.0 / 3.0) * ((normal_stress(p, 0) + normal_stress(p, 1)) + normal_stress(p, 2));
-    const Pack terms[4] = {rounded(V, broadcast<Pack>(v)), rounded(V * mean, broadcast<Pack>(t)),
+    const Pack terms[4] = {rounded(V, broadcast<Pack>(v)), rounded(V * stress.mean(p), broadcast<Pack>(t)),
                            rounded(V * ratio(p), broadcast<Pack>(j)), broadcast<Pack>(0.0)};
     alignas(64) Quad quads[n_lanes];
     store_quads(terms, quads, 1);

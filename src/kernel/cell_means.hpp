@@ -9,6 +9,7 @@
 
 #include "bulkley/base/pack.hpp"
 #include "kernel/cells.hpp"
+#include "kernel/particle_stress.hpp"
 #include "kernel/transfer.hpp"
 
 namespace bulkley {
@@ -47,9 +48,10 @@ struct CellSumBounds {
   GlobalIndex n_terms;  ///< particles of a cell
 };
 
-/// Sets volume, stress and ratio of `sums` to those of the particles; the rest to zero. Reads kirchhoff_stress, volume_ratio and
-/// reference_volume. Not collective.
-void sum_stress(const ParticleSet& particles, CellGroups groups, const CellSumBounds& bounds, std::span<CellSums> sums);
+/// Sets volume, stress and ratio of `sums` to those of the particles; the rest to zero. Reads volume_ratio,
+/// reference_volume, and kirchhoff_stress unless `stress` tells it. Not collective.
+void sum_stress(const ParticleSet& particles, CellGroups groups, const CellSumBounds& bounds, std::span<CellSums> sums,
+                const StressOfState& stress = {});
 /// Divides stress and ratio by the volume. Not collective.
 void take_means_of_stress(std::span<CellSums> sums);
 

@@ -111,7 +111,9 @@ void CellMap::reset(const PoolLayout& layout, LocalIndex n_particles) {
 }
 
 void CellMap::resize(LocalIndex n_particles) {
-  cell.resize(static_cast<std::size_t>(n_particles) + ParticleSet::padding);
+  const auto size = static_cast<std::size_t>(n_particles) + ParticleSet::padding;
+  if (size > cell.capacity()) cell.reserve(size + size / 8);  // as much as columns; a vector by itself would double
+  cell.resize(size);
   std::fill(cell.begin() + n_particles, cell.end(), 0);
 }
 

@@ -36,9 +36,9 @@ struct Arguments {
   const LocalIndex* cell;
   FieldColumns<3> position, velocity;
   FieldColumns<9> affine_velocity;
-  FieldColumns<6> kirchhoff_stress;
   FieldColumns<1> mass, reference_volume;
   FieldColumns<3> force;  // read where `forced`
+  ParticleStress stress;
   CellMeans means;
   LocalIndex n_particles;
   double dt;
@@ -82,13 +82,8 @@ void prepare(const Arguments<NodeType>& arg, LocalIndex p, int b, Batch<order, N
   const Pack zero = broadcast<Pack>(0.0);
   const Pack mass = arg.mass(p);
   const Pack volume = arg.reference_volume(p);
-  SymTensor<Pack> stress;
-  for (int c = 0; c < 6; ++c) stress.c[c] = arg.kirchhoff_stress(p, c);
-  if (arg.means.any()) {
-    const Pack own = (1.0 / 3.0) * ((stress.c[0] + stress.c[1]) + stress.c[2]);
-    const Pack change = arg.means.of(&CellSums::stress, p, own) - own;
-    for (int a = 0; a < 3; ++a) stress.c[a] += change;
-  }
+  const SymTensor<Pack> stress =
+      arg.means.any() ? arg.stress.with_mean(p, arg.means.of(&CellSums::stress, p, arg.stress.mean(p))) : arg.stress.of(p);
 
   // Rows x, y, z and mass of each column. Per cell: dx m C and, for the MLS form, -dt V tau D_p^-1 dx.
   Pack q[4], a[3][4], fq[4], f[3][4];
@@ -238,7 +233,7 @@ template <SplineOrder order, GradientForm form, bool forced, Impulses impulses, 
     arg.position.prefetch(ahead);
     arg.velocity.prefetch(ahead);
     if (arg.affine) arg.affine_velocity.prefetch(ahead);
-    arg.kirchhoff_stress.prefetch(ahead);
+    arg.stress.prefetch(ahead);
     arg.mass.prefetch(ahead);
     arg.reference_volume.prefetch(ahead);
     if constexpr (forced) arg.force.prefetch(ahead);
@@ -254,7 +249,7 @@ template <SplineOrder order, GradientForm form, bool forced, Impulses impulses, 
 template <Impulses impulses, class NodeType>
 void run_all(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout,
              const ParticleSet& particles, const CellMap& map, const CellMeans& means, const ForceField& force,
-             const SumBounds& sums, double dt, NodeType* pool) {
+             const SumBounds& sums, double dt, NodeType* pool, const StressOfState& stress) {
   const double m = rounding_constant(sums.mass), q = rounding_constant(sums.momentum), f = rounding_constant(sums.impulse);
   const Arguments<NodeType> arg{CellFrame(grid),
                                 grid.cell_size,
@@ -264,10 +259,10 @@ void run_all(const GridGeometry& grid, const TransferSettings& transfer, const P
                                 {particles, Field::position},
                                 {particles, Field::velocity},
                                 {particles, Field::affine_velocity},
-                                {particles, Field::kirchhoff_stress},
                                 {particles, Field::mass},
                                 {particles, Field::reference_volume},
                                 {particles, force ? force->field : Field::velocity},
+                                {particles, stress},
                                 means,
                                 particles.size(),
                                 dt,
@@ -311,18 +306,19 @@ SumBounds sum_bounds(const GridGeometry& grid, const TransferSettings& transfer,
 }
 
 void p2g(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const ParticleSet& particles,
-         const CellMap& map, const SumBounds& sums, double dt, Node* pool, const ForceField& force, const CellMeans& means) {
-  run_all<Impulses::joined>(grid, transfer, layout, particles, map, means, force, sums, dt, pool);
+         const CellMap& map, const SumBounds& sums, double dt, Node* pool, const ForceField& force, const CellMeans& means,
+         const StressOfState& stress) {
+  run_all<Impulses::joined>(grid, transfer, layout, particles, map, means, force, sums, dt, pool, stress);
 }
 
 void p2g(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const ParticleSet& particles,
          const CellMap& map, const SumBounds& sums, double dt, NodePair* pool, const ForceField& force, Impulses impulses,
-         const CellMeans& means) {
+         const CellMeans& means, const StressOfState& stress) {
   BULKLEY_ASSERT(impulses != Impulses::joined);
   if (impulses == Impulses::both)
-    run_all<Impulses::both>(grid, transfer, layout, particles, map, means, force, sums, dt, pool);
+    run_all<Impulses::both>(grid, transfer, layout, particles, map, means, force, sums, dt, pool, stress);
   else
-    run_all<Impulses::apart>(grid, transfer, layout, particles, map, means, force, sums, dt, pool);
+    run_all<Impulses::apart>(grid, transfer, layout, particles, map, means, force, sums, dt, pool, stress);
 }
 
 }  // namespace bulkley

@@ -6,6 +6,7 @@
 #include "base/order_free.hpp"
 #include "kernel/cell_means.hpp"
 #include "kernel/cells.hpp"
+#include "kernel/particle_stress.hpp"
 #include "kernel/transfer.hpp"
 
 namespace bulkley {
@@ -40,13 +41,14 @@ SumBounds sum_bounds(const GridGeometry& grid, const TransferSettings& transfer,
 ///   m_i = sum w m_p (T4),  (m v)_i = sum w m_p (v_p + C_p (x_i - x_p)) (T5), C_p only where the transfer is affine,
 /// and the impulse dt f_i of the internal forces ((T11) or (T12), as `transfer` says), with it dt sum w F_p of `force`. A Node
 /// joins both; of a NodePair, `impulses` (apart or both) says it. `sums` must be of the same choice.
-/// The mean stress of a particle is that of its group in `means`. Reads position, velocity, affine_velocity, kirchhoff_stress, mass, reference_volume, the force. Every contribution is rounded for
+/// The mean stress of a particle is that of its group in `means`. Reads position, velocity,
+/// affine_velocity, mass, reference_volume, the force, and kirchhoff_stress or what `stress` needs for it. Every contribution is rounded for
 /// order-free sums. Not collective.
 void p2g(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const ParticleSet& particles,
          const CellMap& map, const SumBounds& sums, double dt, Node* pool, const ForceField& force = {},
-         const CellMeans& means = {});
+         const CellMeans& means = {}, const StressOfState& stress = {});
 void p2g(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const ParticleSet& particles,
          const CellMap& map, const SumBounds& sums, double dt, NodePair* pool, const ForceField& force = {},
-         Impulses impulses = Impulses::apart, const CellMeans& means = {});
+         Impulses impulses = Impulses::apart, const CellMeans& means = {}, const StressOfState& stress = {});
 
 }  // namespace bulkley

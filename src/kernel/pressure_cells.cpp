@@ -108,21 +108,6 @@ void fill_cell(const GridGeometry& grid, GradientForm form, const VolumetricLaws
   });
 }
 
-namespace {
-
-// Room for `n` values, which are undefined afterwards. Where there is not enough the old memory goes before the new one is taken, so
-// that the two are never there together; a little more than `n` is reserved, because material goes on spreading.
-template <class Vector>
-void renew(Vector& values, std::size_t n) {
-  if (n > values.capacity()) {
-    values = Vector();
-    values.reserve(n + n / 16);
-  }
-  values.resize(n);
-}
-
-}  // namespace
-
 void PressureRows::resize(LocalIndex n) {
   const auto n_cells = static_cast<std::size_t>(n);
   renew(first, n_cells * static_cast<std::size_t>(n_rows()));

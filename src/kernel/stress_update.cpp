@@ -4,9 +4,11 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <optional>
 
 #include "bulkley/base/error.hpp"
 #include "kernel/batch.hpp"
+#include "kernel/particle_stress.hpp"
 
 namespace bulkley {
 
@@ -183,7 +185,8 @@ template <class Law>
   const InternalColumns<Law> internal(particles);
   const auto rest = state_at_rest(law);
   const MutableColumns<1> volume_ratio(particles, Field::volume_ratio);
-  const MutableColumns<6> kirchhoff_stress(particles, Field::kirchhoff_stress);
+  std::optional<MutableColumns<6>> kirchhoff_stress;
+  if (particles.has(Field::kirchhoff_stress)) kirchhoff_stress.emplace(particles, Field::kirchhoff_stress);
   const MutableColumns<1> plastic_shear_rate(particles, Field::plastic_shear_rate);
   const MutableColumns<1> plastic_dissipation(particles, Field::plastic_dissipation);
   const FieldColumns<1> reference_volume(particles, Field::reference_volume);
@@ -192,14 +195,14 @@ template <class Law>
   const LocalIndex end = std::min(block.end, particles.size());
   const PackMask lane = lane_numbers();
   const Pack zero{};
-  const double kinematic_viscosity = law.viscosity() / law.density();
+  const double kinematic_viscosity = law.viscosity() / law.density(), least_stress = stress_rounding * law.density();
   LaneExtremes extremes;
 
   for (LocalIndex p = block.begin; p < end; p += n_lanes) {
     const PackMask mine = lanes_of_material(material + p, material_index, lane, end - p);
     if (!any(mine)) continue;
     left_cauchy_green.prefetch(p + prefetch_distance);
-    kirchhoff_stress.prefetch(p + prefetch_distance);
+    if (kirchhoff_stress) kirchhoff_stress->prefetch(p + prefetch_distance);
     volume_ratio.prefetch(p + prefetch_distance);
     reference_volume.prefetch(p + prefetch_distance);
     if constexpr (Law::flows) {
@@ -247,7 +250,8 @@ template <class Law>
       columns.store(p, select(valid, value, columns(p, c)), c);
     };
     for (int c = 0; c < 6; ++c) put(left_cauchy_green, state.left_cauchy_green.c[c], c);
-    for (int c = 0; c < 6; ++c) put(kirchhoff_stress, result.kirchhoff_stress.c[c], c);
+    if (kirchhoff_stress)
+      for (int c = 0; c < 6; ++c) put(*kirchhoff_stress, result.kirchhoff_stress.c[c], c);
     put(volume_ratio, state.volume_ratio);
     if constexpr (internal.n > 0)
       for (int k = 0; k < internal.n; ++k) {
@@ -260,9 +264,10 @@ template <class Law>
     }
 
     if (kinematic_viscosity > 0.0) extremes.include_viscosity(valid, kinematic_viscosity * state.volume_ratio, id + p);
-    const Pack volume = reference_volume(p);
-    extremes.include(valid, law.wave_speed_squared(state), id + p, (volume * volume) * norm_squared(result.kirchhoff_stress),
-                     state.volume_ratio);
+    const Pack volume = reference_volume(p), speed_squared = law.wave_speed_squared(state);
+    const Pack rounding = least_stress * speed_squared;
+    extremes.include(valid, speed_squared, id + p,
+                     (volume * volume) * (norm_squared(result.kirchhoff_stress) + rounding * rounding), state.volume_ratio);
   }
   extremes.merge_into(tally);
 }
@@ -289,6 +294,7 @@ OptionalFields internal_fields(std::span<const NamedMaterial> materials) {
     for (const Field variable : internal_variables(named.material)) fields.insert(variable);
   for (const NamedMaterial& named : materials)
     if (field_yield(named.material).given()) fields.insert(Field::magnetic_field_strength);
+  if (!StressOfState(materials).any()) fields.insert(Field::kirchhoff_stress);
   return fields;
 }
 

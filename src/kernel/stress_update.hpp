@@ -15,7 +15,7 @@ namespace bulkley {
 /// internal variables, reference_volume, id; of particles of a group in `means` the trace of the velocity gradient is the group's, and
 /// the volume ratio relaxes towards the group's first. `fullness`, unless null: by particle of the block, the mass around it over
 /// what there is room for; the volume ratio of a law that flows follows it (docs/theory.md, (V5)). Writes left_cauchy_green,
-/// volume_ratio, internal variables, kirchhoff_stress, and, where the law flows, plastic_shear_rate and plastic_dissipation. Merges
+/// volume_ratio, internal variables, kirchhoff_stress if particles store it, and, where the law flows, plastic_shear_rate and plastic_dissipation. Merges
 /// into `bounds`: wave_speed, viscosity, stress_volume, smallest/largest_volume_ratio, n_not_finite, n_inverted, failed_id. A
 /// particle that fails (det(1 + dt L) <= 0, or a result that is not finite) is counted once and keeps its state. Other materials are
 /// not touched. The bits of a particle's result depend on that particle, its fullness and its group's means alone. Requires dt > 0.
@@ -24,7 +24,8 @@ void stress_update(const Material& material, std::uint8_t material_index, Field 
                    StepBounds& bounds, ParticleBlock block = {}, const CellMeans& means = {},
                    const double* fullness = nullptr);
 
-/// The fields that particles of these materials need for their internal variables. Not collective.
+/// The fields that particles of these materials need for internal variables and, unless it follows from their strain, their stress. Not
+/// collective.
 OptionalFields internal_fields(std::span<const NamedMaterial> materials);
 
 /// Gives the internal variables of the material's particles their values at the start. Not collective.

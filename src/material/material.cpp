@@ -97,6 +97,20 @@ concept HasVolumetricLaw = requires(const Law& law) { law.volumetric(); };
 
 }  // namespace
 
+std::optional<NeoHookean> neo_hookean_stress(const Material& material) {
+  return std::visit(
+      []<class Law>(const Law& law) -> std::optional<NeoHookean> {
+        if constexpr (std::is_same_v<Law, NeoHookean>) {
+          return law;
+        } else if constexpr (std::is_same_v<Law, HerschelBulkley> || std::is_same_v<Law, ThixotropicHerschelBulkley> ||
+                             std::is_same_v<Law, OldroydB>) {
+          if (law.viscosity() == 0.0) return law.elastic();
+        }
+        return std::nullopt;
+      },
+      material);
+}
+
 std::optional<VolumetricLaw> volumetric_law(const Material& material) {
   return std::visit(
       []<class Law>(const Law& law) -> std::optional<VolumetricLaw> {

@@ -32,6 +32,10 @@ struct NamedMaterial {
   std::optional<Magnetisation> magnetisation = {};  ///< of a magnetic material
 };
 
+/// The neo-Hookean solid whose stress a particle of this material has by its b and J; none where its stress takes more than
+/// these, or much work. Not collective.
+std::optional<NeoHookean> neo_hookean_stress(const Material& material);
+
 /// What is wrong with a material's parameters, as one sentence; empty when nothing is. Not collective.
 std::optional<std::string> material_fault(const Material& material);
 

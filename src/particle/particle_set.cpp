@@ -68,6 +68,10 @@ void ParticleSet::reserve(LocalIndex count) {
   scratch_bytes_ = 0;
 }
 
+void ParticleSet::reserve_more(LocalIndex count) {
+  if (count > capacity_) reserve(static_cast<LocalIndex>(std::min<GlobalIndex>(count + GlobalIndex{count} / 8, largest_size)));
+}
+
 void ParticleSet::hold_block(ParticleBlock block) {
   const std::size_t rows = static_cast<std::size_t>(block.end - block.begin) + padding;
   const bool grows = rows > block_rows_;
@@ -94,9 +98,7 @@ LocalIndex ParticleSet::checked_size(GlobalIndex n_particles) {
 }
 
 void ParticleSet::resize(LocalIndex new_size) {
-  // Room for arrivals to come: memory that nobody has written to is not occupied.
-  if (new_size > capacity_)
-    reserve(static_cast<LocalIndex>(std::min<GlobalIndex>(new_size + GlobalIndex{new_size} / 8, largest_size)));
+  reserve_more(new_size);
   for (std::size_t c = 0; c < columns_.size(); ++c) {
     if (!is_whole(c)) continue;
     const std::size_t element = columns_[c].element_size;

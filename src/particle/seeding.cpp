@@ -296,19 +296,23 @@ void seed_particles(const GridGeometry& grid, const std::vector<Body>& bodies, c
       throw UsageError("body '" + body.name + "': density = " + std::to_string(body.density) +
                        " must be a finite number > 0");
 
-  std::vector<Seed> seeds;
-  for (const TileIndex tile : tiles)
+  const LocalIndex before = particles.size();
+  std::vector<StartMotion> motions;
+  for (const Body& body : bodies) motions.emplace_back(grid, body);
+  std::vector<Seed> seeds;  // of a tile
+  for (const TileIndex tile : tiles) {
+    seeds.clear();
     visit_tile(grid, bodies, tile, [&](std::size_t body, const Vec3& position, GlobalIndex id) {
       seeds.push_back({position, id, body});
     });
-
-  const LocalIndex before = particles.size();
-  particles.resize(ParticleSet::checked_size(before + static_cast<GlobalIndex>(seeds.size())));
-  std::vector<StartMotion> motions;
-  for (const Body& body : bodies) motions.emplace_back(grid, body);
-  for (std::size_t s = 0; s < seeds.size(); ++s) {
-    const std::size_t body = seeds[s].body;
-    store(grid, bodies[body], seeds[s], motions[body], before + static_cast<LocalIndex>(s), particles);
+    LocalIndex p = particles.size();
+    try {
+      particles.resize(ParticleSet::checked_size(p + static_cast<GlobalIndex>(seeds.size())));
+    } catch (const RunError&) {
+      particles.resize(before);
+      throw;
+    }
+    for (const Seed& seed : seeds) store(grid, bodies[seed.body], seed, motions[seed.body], p++, particles);
   }
 }
 

@@ -58,7 +58,7 @@ struct UndefinedMotion {
 std::optional<UndefinedMotion> find_undefined_motion(const GridGeometry& grid, const std::vector<Body>& bodies,
                                                      TileIndex first, TileIndex last);
 
-/// Appends the particles of `bodies` whose tile is in `tiles` (ascending). Sets position, velocity, affine_velocity (the
+/// Appends the particles of `bodies` whose tile is in `tiles` (ascending), tile by tile: reserve room for them. Sets position, velocity, affine_velocity (the
 /// gradient of the velocity), left_cauchy_green = 1, volume_ratio = 1, mass, reference_volume, material and id; stress and
 /// plastic fields zero. Lattice points lie at lower + (cell + (a + 1/2) / k) dx with k^3 = particles_per_cell, a = 0 .. k -
 /// 1 per axis; a jittered one moves by at most 0.4 / k cells per axis. A body keeps the points with signed distance <= 0

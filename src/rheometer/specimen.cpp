@@ -42,6 +42,7 @@ ParticleSet make_specimen(const Material& material) {
   const NamedMaterial named{.name = {}, .material = material};
   OptionalFields fields = internal_fields({&named, 1});
   fields.insert(Field::velocity_gradient);
+  fields.insert(Field::kirchhoff_stress);
   ParticleSet particles(fields);
   particles.resize(1);
   for (int c = 0; c < 3; ++c) particles.real(Field::left_cauchy_green, c)[0] = 1.0;

@@ -1,6 +1,6 @@
 #include "scene/output_settings.hpp"
 
-#include "particle/derived_fields.hpp"
+#include "kernel/derived_fields.hpp"
 
 namespace bulkley {
 

@@ -87,7 +87,7 @@ void choose_frame_fields(const Value& root, Scene& scene, Faults& faults) {
   const Value* output = root.find("output");
   const Value* given = output ? output->find("fields") : nullptr;
   for (const FieldInfo& field : field_table) {
-    if (!field.optional || !field.written) continue;
+    if (!field.optional || !field.written || field.field == Field::kirchhoff_stress) continue;  // every law has a stress
     const bool listed =
         std::find(scene.output.fields.begin(), scene.output.fields.end(), field.name) != scene.output.fields.end();
     if (const auto needs = need_of(field.field, scene)) {

@@ -123,8 +123,8 @@ double dilation_bytes(const Scene& scene, const RankTraffic& rank) {
          (by_cell ? 0.0 : sizeof(LocalIndex) * static_cast<double>(rank.n_particles));
 }
 
-// Bytes by rank: particles with their work arrays, nodes of the pool, twice because they are made anew before the old ones go when
-// material spreads, and as many owned ones, the map of tiles, implicit parts, and where the grid is written its DMDA and a vector.
+// Bytes by rank: particles with their work arrays, nodes of the pool and as many owned ones, the map of tiles, implicit parts, and
+// where the grid is written its DMDA and a vector.
 std::vector<double> memory_estimates(const Scene& scene, const Partition& partition,
                                      const std::vector<RankTraffic>& traffic) {
   const ParticleSet sample(optional_fields(scene));
@@ -136,7 +136,7 @@ std::vector<double> memory_estimates(const Scene& scene, const Partition& partit
   std::vector<double> bytes;
   for (const RankTraffic& rank : traffic)
     bytes.push_back(library_bytes + tables + per_particle * static_cast<double>(rank.n_particles) +
-                    3.0 * vectors * sizeof(Node) * static_cast<double>(rank.n_pool_nodes) +
+                    2.0 * vectors * sizeof(Node) * static_cast<double>(rank.n_pool_nodes) +
                     sizeof(LocalIndex) * (tile_nodes + footprint) * static_cast<double>(rank.n_tiles) +
                     implicit_bytes(scene, rank) + dilation_bytes(scene, rank));
   if (!scene.output.grid) return bytes;

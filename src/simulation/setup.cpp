@@ -65,23 +65,32 @@ std::vector<char> sharing_materials(const Scene& scene) {
   return shares;
 }
 
+namespace {
+
+// Without what an implicit pressure or viscosity takes from them.
+std::vector<NamedMaterial> explicit_materials(const Scene& scene) {
+  std::vector<NamedMaterial> materials = scene.materials;
+  for (NamedMaterial& named : materials) {
+    if (scene.time_stepping.integrator == IntegratorKind::imex) named.material = without_volumetric_law(named.material);
+    if (scene.time_stepping.viscosity == ViscosityKind::implicit_stress) named.material = without_viscosity(named.material);
+  }
+  return materials;
+}
+
+}  // namespace
+
 Physics physics_of(const Scene& scene) {
   std::vector<Collider> colliders = scene.colliders;
   for (Collider& collider : colliders) collider.shape = sampled_for_contact(collider.shape, scene.grid.cell_size);
-  Physics physics{scene.grid,  scene.transfer, scene.time_stepping,      scene.gravity,      scene.materials,
+  Physics physics{scene.grid,  scene.transfer, scene.time_stepping,      scene.gravity,      explicit_materials(scene),
                   scene.faces, colliders,      scene.acceleration_field, scene.output.gauges};
   physics.time_stepping = limited_by_fall(scene.time_stepping, scene.grid.cell_size, scene.gravity.norm());
   if (scene.time_stepping.integrator == IntegratorKind::imex)
-    for (NamedMaterial& named : physics.materials) {
-      physics.volumetric_laws.push_back(volumetric_law(named.material));
-      named.material = without_volumetric_law(named.material);
-    }
+    for (const NamedMaterial& named : scene.materials) physics.volumetric_laws.push_back(volumetric_law(named.material));
   physics.shares_dilation = sharing_materials(scene);
   if (scene.time_stepping.viscosity == ViscosityKind::implicit_stress)
-    for (NamedMaterial& named : physics.materials) {
+    for (const NamedMaterial& named : scene.materials)
       physics.implicit_viscosities.push_back(separable_viscosity(named.material));
-      named.material = without_viscosity(named.material);
-    }
   physics.magnets = magnets_of(scene);
   physics.rigid_bodies = scene.rigid_bodies;
   physics.feeds = feeds_of(scene.grid, scene.inflows, scene.bodies.size(), scene.time_stepping.end_time);
@@ -90,12 +99,13 @@ Physics physics_of(const Scene& scene) {
 }
 
 OptionalFields optional_fields(const Scene& scene) {
-  OptionalFields fields = internal_fields(scene.materials);
+  OptionalFields fields = internal_fields(explicit_materials(scene));
   if (scene.transfer.needs_velocity_gradient()) fields.insert(Field::velocity_gradient);
   if (scene.time_stepping.integrator == IntegratorKind::imex) fields.insert(Field::cell_mean_stress);
   if (scene.time_stepping.viscosity == ViscosityKind::implicit_stress) fields.insert(Field::viscous_stress);
   if (scene.magnetics) fields.insert(Field::magnetic_force);
-  for (const Field field : {Field::magnetic_field, Field::magnetisation})  // computed only for frames that show them
+  // Stored only for frames that show them.
+  for (const Field field : {Field::magnetic_field, Field::magnetisation, Field::kirchhoff_stress})
     if (std::ranges::count(scene.output.fields, info(field).name) > 0) fields.insert(field);
   return fields;
 }
@@ -250,9 +260,12 @@ Partition first_partition(const Comm& comm, const Scene& scene, const TileCensus
 
 ParticleSet seed_share(const Comm& comm, const Scene& scene, const Partition& partition, const TileCensus& census) {
   SentMessages sent;
-  const std::vector<TileIndex> tiles = merged_census(comm, census, owners_or_hash(&partition.map, comm.size()), sent).tile;
+  const TileCensus mine = merged_census(comm, census, owners_or_hash(&partition.map, comm.size()), sent);
   ParticleSet particles = no_particles(scene);
-  collective_guard(comm, [&] { seed_particles(scene.grid, scene.bodies, tiles, particles); });
+  collective_guard(comm, [&] {
+    particles.reserve_more(ParticleSet::checked_size(mine.n_particles()));
+    seed_particles(scene.grid, scene.bodies, mine.tile, particles);
+  });
   for (std::size_t m = 0; m < scene.materials.size(); ++m)
     set_internal_variables(scene.materials[m].material, static_cast<std::uint8_t>(m), particles);
   if (!scene.inflows.empty())

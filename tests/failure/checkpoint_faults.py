@@ -144,7 +144,7 @@ NEW = "cannot read 'out/" + LAST.replace(".", r"\.") + "': "
 WRONG = [
     ("velocity_nan", set_values("velocity", set_at(50, float("nan"))), "velocity of the particle in row 50 is nan"),
     ("position_infinite", set_values("position", set_at(0, float("inf"))), "position of the particle in row 0 is inf"),
-    ("stress_nan", set_values("kirchhoff_stress", set_at(-1, float("nan"))), r"kirchhoff_stress of the particle in row \d+ is nan"),
+    ("strain_nan", set_values("left_cauchy_green", set_at(-1, float("nan"))), r"left_cauchy_green of the particle in row \d+ is nan"),
     ("mass_zero", set_values("mass", set_at(3, 0.0)), "mass of the particle in row 3 is 0 and must be greater than 0"),
     ("volume_negative", set_values("reference_volume", set_at(9, -1e-6)), "reference_volume of the particle in row 9"),
     ("volume_ratio_negative", set_values("volume_ratio", set_at(9, -1.0)), "volume_ratio of the particle in row 9"),

@@ -17,7 +17,8 @@
 namespace bulkley::frame_mpi_test {
 namespace {
 
-const std::vector<NamedMaterial> materials{{"cream", HerschelBulkley{}}, {"pie", NeoHookean{}}};
+const std::vector<NamedMaterial> materials{{"cream", HerschelBulkley{{1000.0, 3.0, 2.0, 1.0, 1.0, 0.5}}},
+                                           {"pie", NeoHookean{{1000.0, 5.0, 7.0}}}};
 
 class Frame : public testing::Test {
  protected:
@@ -92,8 +93,12 @@ TEST_F(Frame, HoldsWhatTheSettingsSay) {
     EXPECT_EQ(position[3 * p + 2], particles.real(Field::position, 2)[local]);
     // Written out in full, apart from the code's tensor functions.
     const double J = particles.real(Field::volume_ratio)[local];
+    const double bulk_modulus = p % 2 == 0 ? 3.0 : 5.0, shear_modulus = p % 2 == 0 ? 2.0 : 7.0;
+    const auto b = [&](int c) { return particles.real(Field::left_cauchy_green, c)[local]; };
     double tau[6];
-    for (int c = 0; c < 6; ++c) tau[c] = particles.real(Field::kirchhoff_stress, c)[local];
+    for (int c = 0; c < 6; ++c)
+      tau[c] = c < 3 ? shear_modulus * (b(c) - (b(0) + b(1) + b(2)) / 3.0) + 0.5 * bulk_modulus * (J * J - 1.0)
+                     : shear_modulus * b(c);
     const double mean = (tau[0] + tau[1] + tau[2]) / 3.0;
     const double norm =
         std::sqrt((tau[0] - mean) * (tau[0] - mean) + (tau[1] - mean) * (tau[1] - mean) + (tau[2] - mean) * (tau[2] - mean) +

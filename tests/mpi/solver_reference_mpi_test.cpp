@@ -18,7 +18,7 @@ ReferenceMpm reference_of(const SolverScene& scene) {
   const auto fluid = std::get<HerschelBulkley>(physics.materials[1].material).parameters;
   reference.materials = {{solid.bulk_modulus, solid.shear_modulus, false, 0.0, 0.0, 1.0},
                          {fluid.bulk_modulus, fluid.shear_modulus, true, fluid.sigma_Y, fluid.eta, fluid.h}};
-  return ReferenceMpm(reference, reference_particles(scene.particles));
+  return ReferenceMpm(reference, reference_particles(scene.particles, physics.materials));
 }
 
 // Largest differences over particles, each divided by the scale of its quantity.
@@ -27,8 +27,8 @@ struct Difference {
   double largest() const { return std::max({x, v, C, J, b, tau, dissipation}); }
 };
 
-Difference difference(const ReferenceMpm& reference, const ParticleSet& found, bool affine) {
-  const std::vector<ReferenceParticle> particles = reference_particles(found);
+Difference difference(const ReferenceMpm& reference, const ParticleSet& found, const Physics& physics) {
+  const std::vector<ReferenceParticle> particles = reference_particles(found, physics.materials);
   Difference d;
   EXPECT_EQ(particles.size(), reference.particles.size());
   if (particles.size() != reference.particles.size()) return d;
@@ -44,7 +44,7 @@ Difference difference(const ReferenceMpm& reference, const ParticleSet& found, b
     EXPECT_EQ(p.material, truth.material);
     d.x = std::max(d.x, (p.x - truth.x).norm());
     d.v = std::max(d.v, (p.v - truth.v).norm() / speed);
-    if (affine) d.C = std::max(d.C, (p.C - truth.C).norm() / gradient);
+    if (physics.transfer.affine()) d.C = std::max(d.C, (p.C - truth.C).norm() / gradient);
     d.J = std::max(d.J, std::abs(p.J - truth.J));
     d.b = std::max(d.b, (p.b - truth.b).norm());
     d.tau = std::max(d.tau, (p.tau - truth.tau).norm() / 1e5);
@@ -84,7 +84,7 @@ class SolverReferenceTest : public testing::Test {
       const ParticleSet found = compare ? gathered(comm, solver->particles()) : ParticleSet();
       if (!comm.is_root()) continue;
       reference.step(dt);
-      if (compare) last = difference(reference, found, scene.physics.transfer.affine());
+      if (compare) last = difference(reference, found, scene.physics);
       EXPECT_LE(last.largest(), tolerance(scene.physics.transfer))
           << "step " << step << ": x " << last.x << ", v " << last.v << ", C " << last.C << ", J " << last.J << ", b "
           << last.b << ", tau " << last.tau << ", dissipation " << last.dissipation;

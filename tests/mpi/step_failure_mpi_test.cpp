@@ -21,11 +21,13 @@ class StepFailureTest : public testing::Test {
  protected:
   Comm comm{PETSC_COMM_WORLD};
 
-  // A block at rest, and a particle far from it that is the offender: id 27, at `place`.
+  // A block at rest, and a particle far from it that is the offender: id 27, at `place`. Its law stores the stress, which is zero
+  // whatever its volume ratio, so that it does not move.
   SolverScene scene_with_offender() {
     SolverScene scene = empty_scene({}, {8, 8, 8}, {false, false, false});
     add_block(scene, scene.physics.grid.lower, {3, 3, 3}, 1, Vec3::Zero());
     add_particle(scene, place);
+    scene.physics.materials[0].material = Hencky{{1000.0, 1e5, 3e4}};
     return scene;
   }
 

@@ -58,9 +58,9 @@ inline void place_particle(ParticleSet& set, LocalIndex p, const Vec3& x, double
   set.id()[p] = p;
 }
 
-/// The optional fields of particles without internal variables.
-inline OptionalFields gradient_if(bool needed) {
-  return needed ? OptionalFields{Field::velocity_gradient} : OptionalFields{};
+/// The optional fields of particles that store their stress and have no internal variables.
+inline OptionalFields stressed_fields(bool gradient = false) {
+  return gradient ? OptionalFields{Field::kirchhoff_stress, Field::velocity_gradient} : OptionalFields{Field::kirchhoff_stress};
 }
 
 /// The particles `order[0], order[1], ...` of a set, with the optional fields `fields`, zero where they are new.

@@ -2,10 +2,12 @@
 // The program's particles as the reference sees them.
 
 #include <algorithm>
+#include <span>
 #include <vector>
 
 #include "bulkley/base/tensor.hpp"
 #include "bulkley/particle/particle_set.hpp"
+#include "kernel/particle_stress.hpp"
 #include "support/reference_mpm.hpp"
 
 namespace bulkley {
@@ -24,8 +26,10 @@ inline Mat3 symmetric_matrix(const ParticleSet& set, Field field, LocalIndex p) 
   return result;
 }
 
-/// A copy of all particles, ascending by id. L is velocity_gradient where the set has it of all particles, else affine_velocity.
-inline std::vector<ReferenceParticle> reference_particles(const ParticleSet& set) {
+/// A copy of all particles, ascending by id; `materials` as of a step, for stresses that are not stored. L is velocity_gradient where the set has it of all particles, else affine_velocity.
+inline std::vector<ReferenceParticle> reference_particles(const ParticleSet& set, std::span<const NamedMaterial> materials) {
+  const StressOfState of_state(set, materials);
+  const ParticleStress stress(set, of_state);
   std::vector<ReferenceParticle> result;
   for (LocalIndex p = 0; p < set.size(); ++p) {
     ReferenceParticle r;
@@ -37,7 +41,9 @@ inline std::vector<ReferenceParticle> reference_particles(const ParticleSet& set
     r.J = set.real(Field::volume_ratio)[p];
     r.m = set.real(Field::mass)[p];
     r.V = set.real(Field::reference_volume)[p];
-    r.tau = symmetric_matrix(set, Field::kirchhoff_stress, p);
+    const SymTensor<double> tau = stress.of_one(p);
+    for (int a = 0; a < 3; ++a)
+      for (int b = 0; b < 3; ++b) r.tau(a, b) = tau(a, b);
     r.shear_rate = set.real(Field::plastic_shear_rate)[p];
     r.dissipation = set.real(Field::plastic_dissipation)[p];
     r.material = set.material()[p];

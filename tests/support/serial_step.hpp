@@ -49,7 +49,7 @@ inline ParticleSet random_particles(const SerialScene& scene, LocalIndex count, 
     for (int a = 0; a < 3; ++a) m.col(a) = random_vector(uniform, generator);
     return m;
   };
-  ParticleSet set(gradient_if(scene.transfer.needs_velocity_gradient()));
+  ParticleSet set(stressed_fields(scene.transfer.needs_velocity_gradient()));
   set.resize(count);
   const Vec3 middle = 0.5 * (scene.grid.lower + scene.grid.upper());
   for (LocalIndex p = 0; p < count; ++p) {

@@ -37,6 +37,8 @@ def largest_difference(one, other):
 
 def check_end(name, ended, expected):
     """The fluid ends where it did but for the factor J between the two stresses; the rest ends there."""
+    if "kirchhoff_stress" not in ended:  # stored by every material then; only where strain does not tell it since 0.3
+        expected = {field: values for field, values in expected.items() if field != "kirchhoff_stress"}
     if set(ended) != set(expected):
         fail(f"{name}: ends with other fields: {set(ended) ^ set(expected)}")
     moved = sorted(set(expected) - {"id", *CARRIED})

@@ -59,7 +59,7 @@ inline constexpr std::array field_table = {
               "isochoric elastic left Cauchy-Green tensor, xx yy zz xy yz xz", FieldType::real, 6, true, true},
     FieldInfo{Field::volume_ratio, "volume_ratio", "1", "J = det F", FieldType::real, 1, true, true},
     FieldInfo{Field::kirchhoff_stress, "kirchhoff_stress", "Pa", "tau = J sigma, xx yy zz xy yz xz", FieldType::real, 6,
-              true, true},
+              true, true, true},
     FieldInfo{Field::plastic_shear_rate, "plastic_shear_rate", "1/s", "sqrt(2) gamma of the last step", FieldType::real, 1,
               true, true},
     FieldInfo{Field::plastic_dissipation, "plastic_dissipation", "J/m^3", "energy dissipated so far per reference volume",

@@ -90,6 +90,8 @@ class ParticleSet {
   void resize(LocalIndex new_size);
   /// Room for `count` particles without another allocation.
   void reserve(LocalIndex count);
+  /// The same, and for arrivals to come: memory that nobody has written to is not occupied.
+  void reserve_more(LocalIndex count);
 
   /// Fields that do not move (FieldInfo::moves) are held for the particles of `block` only from now on, with undefined values:
   /// what one kernel gives the next then stays in cache. real() of such a field must be asked again, and used for particles of

@@ -53,10 +53,13 @@ void add_tiles(const Comm& comm, FileContent& content, const TileValues& tiles) 
 }
 
 std::vector<Array> particle_arrays(const OutputSettings& settings, const ParticleRange& range, const ParticleSet& particles,
-                                   int rank) {
-  std::vector<Array> arrays{frame_array("position", settings.precision, range, particles, rank), connectivity_array(range)};
+                                   int rank, const StressOfState& stress) {
+  const auto array = [&](const std::string& name) {
+    return frame_array(name, settings.precision, range, particles, rank, stress);
+  };
+  std::vector<Array> arrays{array("position"), connectivity_array(range)};
   for (const std::string& name : settings.fields)
-    if (name != "position") arrays.push_back(frame_array(name, settings.precision, range, particles, rank));
+    if (name != "position") arrays.push_back(array(name));
   return arrays;
 }
 
@@ -92,7 +95,8 @@ void write_frame_file(const Comm& comm, const std::string& file, const FrameInfo
                         {"/", "materials", join_lines(names_of(materials))},
                         {"/", "largest_reference_volume", max_global(comm, largest_volume)},
                         {"/particles", "about", std::string("one row a particle; order without meaning")}};
-  content.arrays = particle_arrays(settings, range, particles, comm.rank());
+  const StressOfState stress(particles, materials);
+  content.arrays = particle_arrays(settings, range, particles, comm.rank(), stress);
   if (nodes) add_grid(content, *nodes, settings.precision);
   if (tiles) add_tiles(comm, content, *tiles);
   if (box) add_box(content, *box, settings.precision == FloatPrecision::float32 ? ArrayType::float32 : ArrayType::float64);
@@ -106,7 +110,8 @@ GlobalIndex frame_bytes(const OutputSettings& settings, const OptionalFields& fi
                         GlobalIndex n_particles) {
   GlobalIndex bytes = 0;
   const ParticleSet none(fields);
-  for (const Array& array : particle_arrays(settings, {0, n_particles, n_particles}, none, 0)) bytes += stored_bytes(array);
+  for (const Array& array : particle_arrays(settings, {0, n_particles, n_particles}, none, 0, {}))
+    bytes += stored_bytes(array);
   if (settings.grid)
     for (const Array& array : grid_arrays({grid, {0, 0, 0}, {0, 0, 0}, {}}, settings.precision))
       bytes += stored_bytes(array);

@@ -8,7 +8,7 @@
 #include <fmt/ranges.h>
 
 #include "bulkley/base/tensor.hpp"
-#include "particle/derived_fields.hpp"
+#include "kernel/derived_fields.hpp"
 
 namespace bulkley {
 
@@ -40,15 +40,15 @@ ArrayType real_type(FloatPrecision precision) {
 }
 
 Array derived_array(const DerivedField& field, FloatPrecision precision, const ParticleRange& range,
-                    const ParticleSet& particles, std::int32_t rank) {
+                    const ParticleSet& particles, std::int32_t rank, const StressOfState& stress) {
   const ArrayType type = field.is_integer ? ArrayType::int32 : real_type(precision);
   Array array = particle_array(field.name, type, field.n_components, range);
   array.unit = field.unit;
   array.meaning = field.meaning;
-  array.fill = [field, precision, rank, &particles](GlobalIndex first, GlobalIndex n, std::byte* out) {
+  array.fill = [field, precision, rank, &particles, &stress](GlobalIndex first, GlobalIndex n, std::byte* out) {
     double values[DerivedField::most_components];
     for (GlobalIndex p = first; p < first + n; ++p) {
-      field.evaluate({particles, static_cast<LocalIndex>(p), rank}, values);
+      field.evaluate({particles, stress, static_cast<LocalIndex>(p), rank}, values);
       if (field.is_integer)
         store_integers(values, field.n_components, out);
       else
@@ -83,14 +83,14 @@ Array table_array(const FieldInfo& field, FloatPrecision precision, const Partic
 }  // namespace
 
 Array frame_array(const std::string& name, FloatPrecision precision, const ParticleRange& range,
-                  const ParticleSet& particles, std::int32_t rank) {
+                  const ParticleSet& particles, std::int32_t rank, const StressOfState& stress) {
   for (const FieldInfo& field : field_table) {
     if (!field.written || name != field.name) continue;
     if (particles.has(field.field)) return table_array(field, precision, range, particles);
     throw UsageError(fmt::format("output.fields: '{}' is a variable that no particle here has ({})", name, field.meaning));
   }
   for (const DerivedField& field : derived_fields())
-    if (name == field.name) return derived_array(field, precision, range, particles, rank);
+    if (name == field.name) return derived_array(field, precision, range, particles, rank, stress);
   throw UsageError(
       fmt::format("output.fields: there is no field '{}'; the fields are {}", name, fmt::join(frame_field_names(), ", ")));
 }

@@ -3,12 +3,13 @@
 
 #include "io/arrays/particle_array.hpp"
 #include "io/frames/frame.hpp"
+#include "kernel/particle_stress.hpp"
 
 namespace bulkley {
 
-/// `rank`: this one. Throws UsageError for an unknown name.
+/// `rank`: this one; `stress` must outlive the array. Throws UsageError for an unknown name.
 Array frame_array(const std::string& name, FloatPrecision precision, const ParticleRange& range,
-                  const ParticleSet& particles, std::int32_t rank);
+                  const ParticleSet& particles, std::int32_t rank, const StressOfState& stress);
 
 /// /grid/mass_density and /grid/velocity, (nz, ny, nx) and (nz, ny, nx, 3).
 std::vector<Array> grid_arrays(const GridNodes& nodes, FloatPrecision precision);

@@ -67,7 +67,7 @@ def toy_face(text):
 TOYS = {
     "A law": {"src/material/laws/LAW.hpp": toy_law_header, "src/material/laws/LAW.cpp": toy_law_source,
               "src/material/material.hpp": toy_in_the_list},
-    "A derived field": {"src/particle/derived_fields.cpp": toy_field},
+    "A derived field": {"src/kernel/derived_fields.cpp": toy_field},
     "A face kind": {"src/grid/face.hpp": toy_face},
 }
 

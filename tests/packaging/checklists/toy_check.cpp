@@ -8,7 +8,7 @@
 #include "bulkley/base/error.hpp"
 #include "kernel/cells.hpp"
 #include "kernel/stress_update.hpp"
-#include "particle/derived_fields.hpp"
+#include "kernel/derived_fields.hpp"
 #include "rheometer/specimen.hpp"
 #include "scene/scene.hpp"
 

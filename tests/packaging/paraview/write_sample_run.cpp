@@ -18,7 +18,7 @@ namespace {
 using namespace bulkley;
 
 constexpr double spacing = 0.01, radius = 0.1;
-constexpr OptionalFields fields{Field::structure, Field::viscous_left_cauchy_green};
+constexpr OptionalFields fields{Field::kirchhoff_stress, Field::structure, Field::viscous_left_cauchy_green};
 
 /// A ball of particles at height `z`, every rank a share of them; those in its shell belong to the second material.
 ParticleSet make_ball(const Comm& comm, double z) {

@@ -159,8 +159,8 @@ def check_selections(test, run):
                      ranks=2 if form == "vtkhdf" else 1)
         check_file(out, frame, np.zeros(len(box), bool), ["velocity"])
         checkpoint = next(run.glob("checkpoint_*.h5"))
-        test.convert(checkpoint, "--to", form, "--out", out, "--every", 2, "--fields", "kirchhoff_stress,affine_velocity")
-        check_file(out, checkpoint, chosen_by_id(truth(checkpoint)[0]["id"], 2), ["kirchhoff_stress", "affine_velocity"])
+        test.convert(checkpoint, "--to", form, "--out", out, "--every", 2, "--fields", "left_cauchy_green,affine_velocity")
+        check_file(out, checkpoint, chosen_by_id(truth(checkpoint)[0]["id"], 2), ["left_cauchy_green", "affine_velocity"])
     # The same particles at every time.
     folder = test.work / "tracers"
     test.convert(run, "--to", "csv", "--out", folder, "--every", 5, "--fields", "id")

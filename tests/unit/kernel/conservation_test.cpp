@@ -56,7 +56,7 @@ Totals of_nodes(const SerialStep& run) {
 
 // A cube of n^3 equal particles at rest, two per cell and axis, about the domain's centre.
 ParticleSet cube(const SerialScene& scene, int n) {
-  ParticleSet set(gradient_if(scene.transfer.needs_velocity_gradient()));
+  ParticleSet set(stressed_fields(scene.transfer.needs_velocity_gradient()));
   set.resize(n * n * n);
   const double spacing = 0.5 * scene.grid.cell_size, volume = spacing * spacing * spacing;
   const Vec3 middle = 0.5 * (scene.grid.lower + scene.grid.upper());

@@ -105,7 +105,7 @@ TEST(NodeVolume, IsWhatMaterialThatFillsTheRoomBringsToNodes) {
     for (int i = 0; i < 16; ++i)
       for (int j = 0; j < 16; ++j)
         for (int k = 4; k < 16; ++k) places.push_back(grid.lower + 0.5 * dx * Vec3(i + 0.5, j + 0.5, k + 0.5));
-    ParticleSet set;
+    ParticleSet set(stressed_fields());
     set.resize(static_cast<LocalIndex>(places.size()));
     const double volume = dx * dx * dx / 8.0;
     for (std::size_t p = 0; p < places.size(); ++p)

@@ -67,7 +67,7 @@ struct Particles {
     ReferenceScene scene;
     scene.grid = grid();
     scene.transfer = step.scene.transfer;
-    return {scene, reference_particles(step.particles)};
+    return {scene, reference_particles(step.particles, step.scene.materials)};
   }
   // By the reference's node: the pool's. Each node of the grid is in the pool once.
   std::vector<std::size_t> pool_node() const {

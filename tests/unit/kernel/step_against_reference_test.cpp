@@ -63,13 +63,13 @@ TEST(Step, TakesTheStepsOfTheReference) {
       SCOPED_TRACE(describe(transfer) + (damping > 0.0 ? " damped" : ""));
       const SerialScene scene = walled_scene(transfer);
       SerialStep step(scene, random_particles(scene, 600, 11, true, 0.499));
-      ReferenceMpm reference(as_reference(scene), reference_particles(step.particles));
+      ReferenceMpm reference(as_reference(scene), reference_particles(step.particles, step.scene.materials));
       for (int n = 0; n < 4; ++n) {
         step.step(4e-3);
         reference.empty_node = SerialStep::empty_mass * step.sums.mass / heaviest(reference.particles);
         reference.step(4e-3);
       }
-      const std::vector<ReferenceParticle> real = reference_particles(step.particles);
+      const std::vector<ReferenceParticle> real = reference_particles(step.particles, step.scene.materials);
       ASSERT_EQ(real.size(), reference.particles.size());
       EXPECT_LT(real.size(), 600u);  // some left through the outflow
       EXPECT_GT(real.size(), 500u);

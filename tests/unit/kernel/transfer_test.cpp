@@ -19,7 +19,7 @@ ReferenceMpm reference_of(const SerialStep& run) {
   scene.gravity = run.scene.gravity;
   scene.faces = run.scene.faces;
   scene.materials = {{1e5, 3e4, false, 0.0, 0.0, 1.0}, {1e5, 3e4, true, 400.0, 50.0, 0.4}};
-  ReferenceMpm reference(scene, reference_particles(run.particles));
+  ReferenceMpm reference(scene, reference_particles(run.particles, run.scene.materials));
   const SumBounds sums = sum_bounds(scene.grid, scene.transfer, run.bounds, 0.0, scene.transfer.keeps_residual());
   reference.empty_node = SerialStep::empty_mass * sums.mass / run.bounds.sums.mass;
   return reference;
@@ -167,7 +167,7 @@ TEST(Transfer, ParticlesReceiveWhatTheReferenceGivesThem) {
       const std::vector<ReferenceParticle> start = reference.particles;
       run.step(dt);
       reference.step(dt);
-      const std::vector<ReferenceParticle> found = reference_particles(run.particles);
+      const std::vector<ReferenceParticle> found = reference_particles(run.particles, run.scene.materials);
       ASSERT_EQ(found.size(), start.size());
       // What the rounding of the order-free sums can do to the velocity of each node: much where there is little mass.
       std::vector<double> of_node(reference.nodes.size(), 0.0);
@@ -252,7 +252,7 @@ TEST(Transfer, TheMassBoundIsReachedByTheWorstPlacement) {
     std::vector<double> offsets = {-1e-9, 1e-9};
     if (order == SplineOrder::quadratic) offsets = {-shift - 1e-9, 0.0, shift + 1e-9};
     if (order == SplineOrder::cubic) offsets = {-1.0 - 1e-9, -1e-9, 1e-9, 1.0 + 1e-9};
-    ParticleSet set;
+    ParticleSet set(stressed_fields());
     set.resize(static_cast<LocalIndex>(offsets.size() * offsets.size() * offsets.size()));
     LocalIndex p = 0;
     for (const double x : offsets)
@@ -400,7 +400,7 @@ TEST(Transfer, BaseNodesAgreeAtTheEdgesOfCells) {
           for (int k = 0; k < 9; ++k, x = std::nextafter(x, 1e9))
             if (x >= scene.grid.lower[a] && x <= upper[a]) edges[a].push_back(x);
         }
-      ParticleSet set;
+      ParticleSet set(stressed_fields());
       set.resize(1);
       place_particle(set, 0, scene.grid.lower, 1.0, 1e-3);
       SerialStep run(scene, std::move(set));

@@ -74,7 +74,7 @@ TEST_P(ViscousForce, IsWhatTheReferenceSums) {
   ReferenceScene scene;
   scene.grid = step.scene.grid;
   scene.transfer = step.scene.transfer;
-  const ReferenceMpm reference(scene, reference_particles(step.particles));
+  const ReferenceMpm reference(scene, reference_particles(step.particles, step.scene.materials));
   std::vector<std::size_t> at(reference.nodes.size(), step.indices.size());  // by the reference's node: the pool's
   for (std::size_t n = 0; n < step.indices.size(); ++n) {
     const Int3& node = step.indices[n];

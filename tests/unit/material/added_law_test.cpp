@@ -126,7 +126,7 @@ double difference(const ParticleSet& a, const ParticleSet& b, Field field, int c
 TEST(AddedLaw, DoesWhatTheSameLawDoesInsideTheLibrary) {
   const Material inside = DruckerPrager{sand_parameters()};
   const Material outside = AddedLaw{{std::make_shared<AddedLawModelOf<CopiedSand>>(CopiedSand{{sand_parameters()}})}};
-  ParticleSet a({Field::hardening}), b({Field::added_law_variables});
+  ParticleSet a({Field::kirchhoff_stress, Field::hardening}), b({Field::kirchhoff_stress, Field::added_law_variables});
   fill(a, 50);
   fill(b, 50);
   set_internal_variables(inside, 0, a);

@@ -47,11 +47,12 @@ class Run:
 def read_particles(file):
     with h5py.File(file, "r") as data:
         particles = {name: array[()] for name, array in data["particles"].items() if name != "connectivity"}
-        if "cell_mean_stress" in particles:  # of an implicit pressure: the stress of the law lacks it
-            spherical = particles["volume_ratio"] * particles["cell_mean_stress"]
-            particles["kirchhoff_stress"][:, :3] += spherical[:, None]
-        if "viscous_stress" in particles:  # of implicit viscosity, likewise
-            particles["kirchhoff_stress"] += particles["viscous_stress"]
+        if "kirchhoff_stress" in particles:  # a scene whose output.fields names it; without what other fields hold
+            if "cell_mean_stress" in particles:
+                spherical = particles["volume_ratio"] * particles["cell_mean_stress"]
+                particles["kirchhoff_stress"][:, :3] += spherical[:, None]
+            if "viscous_stress" in particles:
+                particles["kirchhoff_stress"] += particles["viscous_stress"]
         time = float(data.attrs["time"])
     if "id" in particles:
         order = numpy.argsort(particles["id"])

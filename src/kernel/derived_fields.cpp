@@ -1,4 +1,4 @@
-#include "particle/derived_fields.hpp"
+#include "kernel/derived_fields.hpp"
 
 #include <cmath>
 
@@ -11,8 +11,7 @@ namespace {
 using Place = DerivedField::Place;
 
 SymTensor<double> kirchhoff_stress(const Place& at) {
-  SymTensor<double> tau;
-  for (int c = 0; c < 6; ++c) tau.c[c] = at.particles.real(Field::kirchhoff_stress, c)[at.p];
+  SymTensor<double> tau = ParticleStress(at.particles, at.stress).of_one(at.p);
   // Under an implicit pressure or viscosity tau is what the law gives beside it.
   if (at.particles.has(Field::cell_mean_stress)) {
     const double spherical = at.particles.real(Field::volume_ratio)[at.p] * at.particles.real(Field::cell_mean_stress)[at.p];

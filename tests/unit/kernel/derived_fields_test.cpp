@@ -1,4 +1,4 @@
-#include "particle/derived_fields.hpp"
+#include "kernel/derived_fields.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@ namespace bulkley::derived_fields_test {
 namespace {
 
 ParticleSet one_particle() {
-  ParticleSet particles;
+  ParticleSet particles({Field::kirchhoff_stress});
   particles.resize(1);
   const double tau[6] = {1.0, 2.0, 6.0, 0.5, 0.25, -0.5};
   for (int c = 0; c < 6; ++c) particles.real(Field::kirchhoff_stress, c)[0] = tau[c];
@@ -25,7 +25,7 @@ std::vector<double> value_of(const std::string& name) {
   for (const DerivedField& field : derived_fields()) {
     if (field.name != name) continue;
     std::vector<double> values(static_cast<std::size_t>(field.n_components));
-    field.evaluate({particles, 0, 5}, values.data());
+    field.evaluate({particles, {}, 0, 5}, values.data());
     return values;
   }
   return {};

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "bulkley/particle/particle_set.hpp"
+#include "kernel/particle_stress.hpp"
 
 namespace bulkley {
 
@@ -13,6 +14,7 @@ struct DerivedField {
   /// Where the particle is.
   struct Place {
     const ParticleSet& particles;
+    const StressOfState& stress;  ///< unless they store it
     LocalIndex p;
     std::int32_t rank;  ///< that holds it
   };

@@ -1,0 +1,36 @@
+#include "kernel/particle_stress.hpp"
+
+namespace bulkley {
+
+StressOfState::StressOfState(std::span<const NamedMaterial> materials) {
+  std::vector<double> shear(n_numbers, 0.0), half_bulk(n_numbers, 0.0);
+  for (std::size_t m = 0; m < materials.size(); ++m) {
+    const auto solid = neo_hookean_stress(materials[m].material);
+    if (!solid) return;
+    shear[m] = solid->parameters.shear_modulus;
+    half_bulk[m] = 0.5 * solid->parameters.bulk_modulus;
+  }
+  shear_ = std::move(shear);
+  half_bulk_ = std::move(half_bulk);
+  uniform_ = materials.size() == 1;
+}
+
+StressOfState::StressOfState(const ParticleSet& particles, std::span<const NamedMaterial> scene_materials) {
+  if (particles.has(Field::kirchhoff_stress)) return;
+  std::vector<NamedMaterial> materials(scene_materials.begin(), scene_materials.end());
+  for (NamedMaterial& named : materials) {
+    if (particles.has(Field::cell_mean_stress)) named.material = without_volumetric_law(named.material);
+    if (particles.has(Field::viscous_stress)) named.material = without_viscosity(named.material);
+  }
+  *this = StressOfState(materials);
+}
+
+SymTensor<double> ParticleStress::of_one(LocalIndex p) const {
+  SymTensor<double> stress;
+  for (int c = 0; c < 6; ++c) stress.c[c] = components_.column[c][p];
+  if (!from_state_) return stress;
+  const std::uint8_t m = uniform_ ? 0 : material_[p];
+  return elastic(stress, shear_[m], volumetric(half_bulk_[m], ratio_.column[0][p]));
+}
+
+}  // namespace bulkley
