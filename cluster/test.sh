@@ -33,9 +33,7 @@ fi
 "$root/cluster/install_packages.sh"
 "$root/cluster/build.sh"
 code=0
-# One test more than there are processors: many wait for a while, for a host that is gone or a job that ends.
-processors="$(env -u OMP_NUM_THREADS nproc)"
 ctest --test-dir "$root/build" --output-on-failure --no-tests=error --label-regex "^($tiers)\$" \
-  --parallel $((processors + 1)) "$@" </dev/null || code=$?
+  --parallel "$(env -u OMP_NUM_THREADS nproc)" "$@" </dev/null || code=$?
 [[ -z "$others" ]] || echo "$others"
 exit "$code"

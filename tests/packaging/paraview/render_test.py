@@ -30,7 +30,7 @@ def render(*arguments, interpreter=PVPYTHON):
 def drawn(name, *arguments):
     """The picture as numbers."""
     path = FOLDER / name
-    result = render("--output", path, *SMALL, *arguments)
+    result = render("--output", path, *SMALL, *arguments, interpreter=sys.executable)  # which starts pvpython once, not twice
     if result.returncode != 0:
         raise AssertionError(result.stdout + result.stderr)
     return numpy.asarray(Image.open(path).convert("RGB")).astype(int)
