@@ -95,7 +95,10 @@ const StepBounds& ParticleGrid::finish_move(StepBounds local) {
     changed = changed || bounds_.requests.rebuild >= trade_plans;
     if (bounds_.requests.rebuild >= meet) introduce();
   } while (bounds_.requests.rebuild == go_on);
-  if (changed) connect();
+  if (changed) {
+    connect();
+    release_lists();
+  }
   if (bounds_.requests.sort) {
     const PhaseTimer timer(times_, Phase::sort);
     sort_particles(particles_, map_);
@@ -191,8 +194,16 @@ void ParticleGrid::rebuild_pool() {
   ++local_version_;
   begin_move();
   locate(grid_, layout_, particles_, map_, leavers_);
-  if (leavers_.empty()) leavers_.shrink_to_fit();  // before the first pool all particles were
+  if (leavers_.empty()) release_lists();
   note_unknown_owners();
+}
+
+// At a start and with another map all particles may be in them; afterwards few are.
+void ParticleGrid::release_lists() {
+  const auto release = [](auto& list) { std::decay_t<decltype(list)>().swap(list); };
+  release(leavers_);
+  release(departures_);
+  release(departed_);
 }
 
 // Neighbours must be the owners of all nodes of the pool and of all tiles that a particle of it may enter.

@@ -86,6 +86,7 @@ class ParticleGrid {
   void migrate_leavers(StepBounds& local);
   void rebuild_pool();
   void note_unknown_owners();
+  void release_lists();
   void introduce();
   void connect();
 
