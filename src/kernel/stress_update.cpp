@@ -288,6 +288,14 @@ void set_internal_variables(const Material& material, std::uint8_t material_inde
       material);
 }
 
+void set_stress(std::span<const NamedMaterial> materials, ParticleSet& particles) {
+  for (LocalIndex p = 0; p < particles.size(); ++p) {
+    const auto stress_of = [&](const auto& law) { return law.kirchhoff_stress(particle_state(law, particles, p)); };
+    const SymTensor<double> stress = std::visit(stress_of, materials[particles.material()[p]].material);
+    for (int c = 0; c < 6; ++c) particles.real(Field::kirchhoff_stress, c)[p] = stress.c[c];
+  }
+}
+
 OptionalFields internal_fields(std::span<const NamedMaterial> materials) {
   OptionalFields fields;
   for (const NamedMaterial& named : materials)

@@ -31,6 +31,9 @@ OptionalFields internal_fields(std::span<const NamedMaterial> materials);
 /// Gives the internal variables of the material's particles their values at the start. Not collective.
 void set_internal_variables(const Material& material, std::uint8_t material_index, ParticleSet& particles);
 
+/// Gives particles that store it the stress of their strain, kirchhoff_stress(state) of their law. Not collective.
+void set_stress(std::span<const NamedMaterial> materials, ParticleSet& particles);
+
 /// The state of one particle, which must be of this law. Not collective.
 template <class Law>
 State<double, n_internal<Law>> particle_state(const Law&, const ParticleSet& particles, LocalIndex p) {

@@ -8,6 +8,7 @@
 #include "integrator/diagnostics.hpp"
 #include "io/checkpoint/checkpoint.hpp"
 #include "io/files/text_file.hpp"
+#include "kernel/stress_update.hpp"
 #include "parallel/log.hpp"
 #include "simulation/outputs/output.hpp"
 #include "simulation/setup.hpp"
@@ -82,8 +83,11 @@ ParticleSet Run::load(const std::string& file) {
   }
   ParticleSet particles = no_particles(scene);
   const EvenShare share = even_share(comm, header.n_particles);
-  read_checkpoint(comm, file, share.first, share.count(), particles);
-  collective_guard(comm, [&] { expect_inside(scene.grid, particles, file); });
+  const bool has_stress = read_checkpoint(comm, file, share.first, share.count(), particles);
+  collective_guard(comm, [&] {
+    expect_inside(scene.grid, particles, file);
+    if (!has_stress) set_stress(explicit_materials(scene), particles);
+  });
   return particles;
 }
 

@@ -65,9 +65,6 @@ std::vector<char> sharing_materials(const Scene& scene) {
   return shares;
 }
 
-namespace {
-
-// Without what an implicit pressure or viscosity takes from them.
 std::vector<NamedMaterial> explicit_materials(const Scene& scene) {
   std::vector<NamedMaterial> materials = scene.materials;
   for (NamedMaterial& named : materials) {
@@ -76,8 +73,6 @@ std::vector<NamedMaterial> explicit_materials(const Scene& scene) {
   }
   return materials;
 }
-
-}  // namespace
 
 Physics physics_of(const Scene& scene) {
   std::vector<Collider> colliders = scene.colliders;

@@ -28,6 +28,8 @@ std::optional<Magnets> magnets_of(const Scene& scene);
 
 /// The fields that the scene's particles have in addition to those that all have. Not collective.
 OptionalFields optional_fields(const Scene& scene);
+/// The scene's materials without what an implicit pressure or viscosity takes from them. Not collective.
+std::vector<NamedMaterial> explicit_materials(const Scene& scene);
 
 /// An empty set with these fields. What does not move is held for a block from the start, so that it never takes the memory of all
 /// particles. Not collective.

@@ -81,6 +81,21 @@ TEST_F(CheckpointFields, RefusesAFileWithoutAnInternalVariableThatIsNeeded) {
   EXPECT_TRUE(same_particles(plain, make_particles(0, count)) || count == 0);
 }
 
+// A scene may ask for the stress of particles that did not store it.
+TEST_F(CheckpointFields, SaysWhetherAFileLacksTheStress) {
+  const OptionalFields stress{Field::kirchhoff_stress};
+  const std::string file = checkpoint_path(folder.path(), 1);
+  for (const bool stored : {true, false}) {
+    write_checkpoint(comm, folder.path(), make_header(1),
+                     with_fields(make_uneven_particles(comm, 50), stored ? stress : OptionalFields{}), materials, 1);
+    const EvenShare share = even_share(comm, 50);
+    ParticleSet asking(stress), plain;
+    EXPECT_EQ(read_checkpoint(comm, file, share.first, share.count(), asking), stored);
+    EXPECT_TRUE(read_checkpoint(comm, file, share.first, share.count(), plain));
+    for (LocalIndex p = 0; p < asking.size(); ++p) EXPECT_EQ(asking.real(Field::kirchhoff_stress)[p] != 0.0, stored);
+  }
+}
+
 TEST_F(CheckpointFields, CompareNamesAFieldThatOnlyOneFileHas) {
   SharedFolder other(comm);
   const ParticleSet plain = make_uneven_particles(comm, 60);

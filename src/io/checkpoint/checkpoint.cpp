@@ -296,7 +296,7 @@ CheckpointHeader verify_checkpoint(const Comm& comm, const std::string& file) {
   return header;
 }
 
-void read_checkpoint(const Comm& comm, const std::string& file, GlobalIndex first, GlobalIndex count,
+bool read_checkpoint(const Comm& comm, const std::string& file, GlobalIndex first, GlobalIndex count,
                      ParticleSet& particles) {
   const CheckpointHeader header = read_header(comm, file);
   const bool mine_fits = first == exclusive_sum(comm, count) && count >= 0;
@@ -310,16 +310,20 @@ void read_checkpoint(const Comm& comm, const std::string& file, GlobalIndex firs
   });
   const auto needed_fields = [&](const Hdf5Reader& reader) {
     std::vector<FieldInfo> fields = written_fields(particles);
+    std::erase_if(fields, [&](const FieldInfo& field) {
+      return field.field == Field::kirchhoff_stress && !reader.has(array_path(field));
+    });
     for (const FieldInfo& field : fields)
       if (!reader.has(array_path(field)))
         throw RunError(fmt::format(
             "'{}' does not hold '{}', which the law of a material or output.fields in the scene needs", file, field.name));
     return fields;
   };
-  read_fields(comm, file, header, first, count, needed_fields,
-              [&](const FieldInfo& field, GlobalIndex row, GlobalIndex n, const std::byte* rows) {
-                rows_to_field(rows, field, row, n, particles);
-              });
+  const auto found = read_fields(comm, file, header, first, count, needed_fields,
+                                 [&](const FieldInfo& field, GlobalIndex row, GlobalIndex n, const std::byte* rows) {
+                                   rows_to_field(rows, field, row, n, particles);
+                                 });
+  return !particles.has(Field::kirchhoff_stress) || found.contains(info(Field::kirchhoff_stress).name);
 }
 
 bool read_box(const Comm& comm, const std::string& file, BoxFields& box) {

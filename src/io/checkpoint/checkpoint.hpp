@@ -62,8 +62,9 @@ CheckpointHeader verify_checkpoint(const Comm& comm, const std::string& file);
 
 /// Replaces `particles` by particles [first, first + count) of the file, in the order of the file. The ranks' parts must
 /// follow each other in rank order and make up the whole file, so that the checksums are verified on the way. Fields that
-/// are not written are zero. Checks what verify_checkpoint checks. Throws RunError. Collective.
-void read_checkpoint(const Comm& comm, const std::string& file, GlobalIndex first, GlobalIndex count,
+/// are not written are zero. A file may lack kirchhoff_stress, which follows from the strain: false where particles store it and the
+/// file does. Checks what verify_checkpoint checks. Throws RunError. Collective.
+bool read_checkpoint(const Comm& comm, const std::string& file, GlobalIndex first, GlobalIndex count,
                      ParticleSet& particles);
 
 /// read_box (io/arrays/box_array.hpp) of a checkpoint whose checksums read_checkpoint has compared. Throws RunError. Collective.

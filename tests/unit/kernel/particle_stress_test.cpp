@@ -75,6 +75,20 @@ TEST(ParticleStress, IsStoredWhereALawNeedsMoreThanStrain) {
   EXPECT_TRUE(StressOfState(std::vector<NamedMaterial>{{"thin", without_viscosity(thin)}}).any());
 }
 
+TEST(ParticleStress, IsSetFromTheStrainByEachLaw) {
+  ParticleSet set({Field::kirchhoff_stress}), bare;
+  set.resize(9);
+  bare.resize(9);
+  deform_all(both, set);
+  deform_all(both, bare);
+  for (int c = 0; c < 6; ++c) std::fill_n(set.real(Field::kirchhoff_stress, c), set.size(), 0.0);
+  set_stress(both, set);
+  const StressOfState none, of_state(both);
+  const ParticleStress found(set, none), expected(bare, of_state);
+  for (LocalIndex p = 0; p < set.size(); ++p)
+    for (int c = 0; c < 6; ++c) EXPECT_NEAR(found.of_one(p).c[c], expected.of_one(p).c[c], 1e-12 * 3e5);
+}
+
 // As frames show it: what is stored, else what the law gives beside an implicit pressure and viscosity.
 TEST(ParticleStress, OfFramesLacksWhatOtherFieldsHold) {
   const auto of_frame = [](OptionalFields fields) {
