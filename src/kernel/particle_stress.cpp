@@ -2,6 +2,16 @@
 
 namespace bulkley {
 
+std::vector<NamedMaterial> explicit_materials(std::span<const NamedMaterial> materials, bool implicit_pressure,
+                                              bool implicit_viscosity) {
+  std::vector<NamedMaterial> rest(materials.begin(), materials.end());
+  for (NamedMaterial& named : rest) {
+    if (implicit_pressure) named.material = without_volumetric_law(named.material);
+    if (implicit_viscosity) named.material = without_viscosity(named.material);
+  }
+  return rest;
+}
+
 StressOfState::StressOfState(std::span<const NamedMaterial> materials) {
   std::vector<double> shear(n_numbers, 0.0), half_bulk(n_numbers, 0.0);
   for (std::size_t m = 0; m < materials.size(); ++m) {
@@ -17,12 +27,8 @@ StressOfState::StressOfState(std::span<const NamedMaterial> materials) {
 
 StressOfState::StressOfState(const ParticleSet& particles, std::span<const NamedMaterial> scene_materials) {
   if (particles.has(Field::kirchhoff_stress)) return;
-  std::vector<NamedMaterial> materials(scene_materials.begin(), scene_materials.end());
-  for (NamedMaterial& named : materials) {
-    if (particles.has(Field::cell_mean_stress)) named.material = without_volumetric_law(named.material);
-    if (particles.has(Field::viscous_stress)) named.material = without_viscosity(named.material);
-  }
-  *this = StressOfState(materials);
+  *this = StressOfState(explicit_materials(scene_materials, particles.has(Field::cell_mean_stress),
+                                           particles.has(Field::viscous_stress)));
 }
 
 SymTensor<double> ParticleStress::of_one(LocalIndex p) const {

@@ -16,6 +16,10 @@ namespace bulkley {
 /// By what part of rho_0 c^2 two computations of a stress from the same state may differ; rounding makes less.
 inline constexpr double stress_rounding = 1e-14;
 
+/// Materials without what an implicit pressure or an implicit viscosity takes from them. Not collective.
+std::vector<NamedMaterial> explicit_materials(std::span<const NamedMaterial> materials, bool implicit_pressure,
+                                              bool implicit_viscosity);
+
 /// The neo-Hookean solids by whose stress (T16) particles are stressed, by material. Not stored is what follows from b and J.
 class StressOfState {
  public:

@@ -66,12 +66,8 @@ std::vector<char> sharing_materials(const Scene& scene) {
 }
 
 std::vector<NamedMaterial> explicit_materials(const Scene& scene) {
-  std::vector<NamedMaterial> materials = scene.materials;
-  for (NamedMaterial& named : materials) {
-    if (scene.time_stepping.integrator == IntegratorKind::imex) named.material = without_volumetric_law(named.material);
-    if (scene.time_stepping.viscosity == ViscosityKind::implicit_stress) named.material = without_viscosity(named.material);
-  }
-  return materials;
+  return explicit_materials(scene.materials, scene.time_stepping.integrator == IntegratorKind::imex,
+                            scene.time_stepping.viscosity == ViscosityKind::implicit_stress);
 }
 
 Physics physics_of(const Scene& scene) {
