@@ -70,7 +70,7 @@ WorkTerm g2p_nodes(const WorkCase& w) {
 }
 
 WorkTerm g2p_particles(const WorkCase& w) {
-  // Reads x, m, id, cell; writes x back, and v and C blindly, but v after reading where the velocity is blended.
+  // Reads x, V, id, cell; writes x back, and v and C blindly, but v after reading where the velocity is blended.
   double bytes = (3 + 1 + 1) * pass + cell + 3 * pass + 3 * (split(w) ? 2 * pass : blind);
   double flops = 3 * 2 + (split(w) ? 3 * 4 : 0) + (5 + 17 + 6);  // x += dt v; the blend; norms of v and L and their use
   if (moments(w)) bytes += 9 * blind, flops += 3 + 9 * (2 + 1);  // C = (moments - distance v) / D
@@ -80,9 +80,9 @@ WorkTerm g2p_particles(const WorkCase& w) {
 }
 
 WorkTerm stress(const WorkCase& w) {
-  // What g2p has just read and written is still in cache. Reads b, J, V, material; writes b and J back; likewise tau
+  // What g2p has just read and written is still in cache. Reads b, J, material; writes b and J back; likewise tau
   // where it is stored.
-  double bytes = (6 + 1 + 1) * pass + 1 + (6 + 1) * pass + (w.stores_stress ? 2 * 6 * pass : 0.0);
+  double bytes = (6 + 1) * pass + 1 + (6 + 1) * pass + (w.stores_stress ? 2 * 6 * pass : 0.0);
   double flops = 12 + 14 + 30 + 75 + 7 + 1;  // 1 + dt L, its determinant, inverse cube root, f b f^T, scaled; J
   flops += 6 + 6 + 7;                        // deviator, tau
   flops += 20 + 12 + 14;                     // wave speed, norm of tau, whether finite

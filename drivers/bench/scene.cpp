@@ -90,7 +90,7 @@ Scene bench_scene(const BenchCase& what) {
   ball.name = "ball";
   ball.shape = {Sphere{{0.5, 0.5, 0.5}, ball_radius}};
   ball.material = what.material;
-  ball.density = std::visit([](const auto& law) { return law.density(); }, material);
+  ball.density = rest_density(material);
   ball.velocity = {0.0, 0.0, -fall_part * largest_speed(what)};
   ball.center = {0.5, 0.5, 0.5};
   ball.particles_per_cell = particles_per_cell;

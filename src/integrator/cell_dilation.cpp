@@ -19,7 +19,7 @@ CellDilation::CellDilation(StepParts& parts, const StressOfState& stress)
   for (std::size_t m = 0; m < physics.materials.size(); ++m) {
     place_of_.push_back(physics.shares_dilation[m] ? n_sharing_++ : -1);
     if (!physics.shares_dilation[m]) continue;
-    const double density = std::visit([](const auto& law) { return law.density(); }, physics.materials[m].material);
+    const double density = rest_density(physics.materials[m].material);
     least_density_ = std::min(least_density_, density);
   }
   by_cell_ = physics.materials.size() == 1 && physics.feeds.empty();

@@ -33,7 +33,7 @@ enum Term {
 using Terms = std::array<double, n_terms>;
 
 Terms terms_of(const Physics& physics, const ParticleSet& set, LocalIndex p) {
-  const double m = set.real(Field::mass)[p], volume = set.real(Field::reference_volume)[p];
+  const double m = set.mass(p), volume = set.real(Field::reference_volume)[p];
   const Vec3 x = set.vector(Field::position, p), v = set.vector(Field::velocity, p);
   Vec3 spin = x.cross(v);
   double affine_square = 0.0;

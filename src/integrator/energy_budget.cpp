@@ -7,6 +7,7 @@
 
 #include "bulkley/base/error.hpp"
 #include "bulkley/base/pack.hpp"
+#include "kernel/batch.hpp"
 #include "kernel/stress_update.hpp"
 #include "parallel/reproducible_sum.hpp"
 
@@ -25,7 +26,7 @@ double kinetic_energy(const ParticleSet& particles, LocalIndex p, double inertia
       const double value = particles.real(Field::affine_velocity, c)[p];
       affine += value * value;
     }
-  return 0.5 * particles.real(Field::mass)[p] * (particles.vector(Field::velocity, p).squaredNorm() + inertia * affine);
+  return 0.5 * particles.mass(p) * (particles.vector(Field::velocity, p).squaredNorm() + inertia * affine);
 }
 
 // Calls fill(n, i) for every node n of `active` in blocks, i being its place in the block, then done(size).
@@ -226,7 +227,7 @@ void EnergyBudget::add_force_work(std::size_t force, Field field, const Particle
 
 void EnergyBudget::add_moved(const ParticleSet& particles, ParticleBlock block) {
   const LocalIndex end = std::min(block.end, particles.size());
-  const double* const mass = particles.real(Field::mass);
+  const MassColumn mass(particles);
   const double* v[3];
   const double* affine[9];
   for (int a = 0; a < 3; ++a) v[a] = particles.real(Field::velocity, a);
@@ -248,7 +249,7 @@ void EnergyBudget::add_moved(const ParticleSet& particles, ParticleBlock block) 
         const Pack value = load(column + p);
         sum += value * value;
       }
-      store(energy + i, (0.5 * load(mass + p)) * sum);
+      store(energy + i, (0.5 * mass(p)) * sum);
     }
     sums_[kinetic].add({energy, static_cast<std::size_t>(size)});
   }

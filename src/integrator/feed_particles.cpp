@@ -79,7 +79,7 @@ void append_layers(const Physics& physics, std::size_t feed_number, const Nozzle
         newborn.push_back({x, feed.id_of(k, point), &point});
   if (newborn.empty()) return;
   std::ranges::sort(newborn, {}, &Newborn::id);  // by layers
-  ParticleSet born(particles.optional_fields());
+  ParticleSet born(particles.optional_fields(), particles.densities());
   born.resize(ParticleSet::checked_size(static_cast<GlobalIndex>(newborn.size())));
   for (LocalIndex p = 0; p < born.size(); ++p) {
     const Newborn& one = newborn[static_cast<std::size_t>(p)];
@@ -90,7 +90,6 @@ void append_layers(const Physics& physics, std::size_t feed_number, const Nozzle
     born.real(Field::volume_ratio)[p] = ratio;
     if (const VolumetricLaw* law = volumetric_law_of(physics, inflow.material_index))
       born.real(Field::cell_mean_stress)[p] = law->stress(ratio);
-    born.real(Field::mass)[p] = inflow.density * feed.particle_volume();
     born.real(Field::reference_volume)[p] = feed.particle_volume();
     born.material()[p] = inflow.material_index;
     born.id()[p] = one.id;
@@ -151,7 +150,7 @@ void FeedParticles::hold(std::size_t f, LocalIndex p, Field gradient, ParticleSe
   const Vec3 x = feed.position(now.end, k, point), v = feed.velocity(now.end, x, point.share);
   const Mat3 affine = full_gradient(feed, now.end, point);
   if (feed.inflow().pressure.is_measured) particles.real(Field::volume_ratio)[p] = now.end.stretch;
-  const double mass = particles.real(Field::mass)[p];
+  const double mass = particles.mass(p);
   if (!physics_.volumetric_laws.empty())
     dilation_of_held_.push_back((Mat3::Identity() + dt_ * gradient_of(particles, gradient, p)).determinant());
   add_momentum(f, mass * (v - particles.vector(Field::velocity, p)));
@@ -229,7 +228,7 @@ void FeedParticles::finish(ParticleGrid& grid, StepBounds& local) {
       if (physics_.feeds[f].owns(particles.id()[p])) {
         const ParticleEnergies energies = budget_.energies_of(particles, p);
         budget_.add_fed(f, {-energies.kinetic, -energies.elastic});
-        add_momentum(f, -particles.real(Field::mass)[p] * particles.vector(Field::velocity, p));
+        add_momentum(f, -particles.mass(p) * particles.vector(Field::velocity, p));
       }
   grid.drop(left_);
   const LocalIndex before = particles.size();
@@ -239,7 +238,7 @@ void FeedParticles::finish(ParticleGrid& grid, StepBounds& local) {
                   particles, local);
     for (LocalIndex p = first; p < particles.size(); ++p) {
       budget_.add_fed(f, budget_.energies_of(particles, p));
-      add_momentum(f, particles.real(Field::mass)[p] * particles.vector(Field::velocity, p));
+      add_momentum(f, particles.mass(p) * particles.vector(Field::velocity, p));
     }
   }
   if (particles.size() > before) grid.place_added(before);

@@ -36,7 +36,7 @@ Sample sample_of(const Front& front, const ParticleSet& particles) {
     const double reach = reach_of(front, particles.vector(Field::position, p));
     if (std::isnan(reach)) continue;
     sample.keys.push_back(key_of(reach));
-    if (front.quantile < 1.0) sample.masses.push_back(particles.real(Field::mass)[p]);
+    if (front.quantile < 1.0) sample.masses.push_back(particles.mass(p));
   }
   return sample;
 }

@@ -10,7 +10,7 @@ namespace bulkley {
 ImplicitViscosity::ImplicitViscosity(StepParts& parts) : parts_(parts), contact_(parts.physics) {
   const Physics& physics = parts.physics;
   for (std::size_t m = 0; m < physics.materials.size(); ++m) {
-    const double density = std::visit([](const auto& law) { return law.density(); }, physics.materials[m].material);
+    const double density = rest_density(physics.materials[m].material);
     kinematic_viscosity_ = std::max(kinematic_viscosity_, physics.implicit_viscosities[m] / density);
   }
 }

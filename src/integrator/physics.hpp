@@ -57,7 +57,7 @@ struct Physics {
   double largest_density() const {
     double density = 0.0;
     for (const NamedMaterial& named : materials)
-      density = std::max(density, std::visit([](const auto& law) { return law.density(); }, named.material));
+      density = std::max(density, rest_density(named.material));
     return density;
   }
   /// Places of contact beside the faces: the colliders, then the feeds. Rigid bodies come after them.

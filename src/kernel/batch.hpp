@@ -94,6 +94,36 @@ struct FieldColumns {
 template <int n>
 using MutableColumns = FieldColumns<n, double>;
 
+/// The number of a material, for each of n_lanes particles from `p` on; lanes past the end have that of any.
+struct NumbersOfMaterials {
+  const double* of;  ///< by the number of a material, 256 of them
+  bool uniform;      ///< all that occur are the first
+  const std::uint8_t* material;
+
+  Pack operator()(LocalIndex p) const {
+    if (uniform) return broadcast<Pack>(of[0]);
+    Pack result;
+    for (int lane = 0; lane < n_lanes; ++lane) result[lane] = of[material[p + lane]];
+    return result;
+  }
+};
+
+/// ParticleSet::mass, a pack at a time; lanes past the end have none.
+class MassColumn {
+ public:
+  explicit MassColumn(const ParticleSet& particles)
+      : density_{particles.densities().data(), particles.densities().uniform(), particles.material()},
+        volume_(particles, Field::reference_volume) {}
+  Pack operator()(LocalIndex p) const { return density_(p) * volume_(p); }
+  /// The reference volume of n_lanes particles.
+  Pack volume(LocalIndex p) const { return volume_(p); }
+  void prefetch(LocalIndex p) const { volume_.prefetch(p); }
+
+ private:
+  NumbersOfMaterials density_;
+  FieldColumns<1> volume_;
+};
+
 /// Forces a product to be rounded, so that the compiler cannot fuse it into a following sum: base nodes must come out here
 /// exactly as GridGeometry::base_node gives them.
 inline void keep_rounded(Pack& value) {

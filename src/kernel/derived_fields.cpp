@@ -39,8 +39,10 @@ void cauchy_stress(const Place& at, double* out) {
 
 void density(const Place& at, double* out) {
   const ParticleSet& particles = at.particles;
-  out[0] = particles.real(Field::mass)[at.p] / particles.real(Field::reference_volume)[at.p] * inverse_volume_ratio(at);
+  out[0] = particles.densities()[particles.material()[at.p]] * inverse_volume_ratio(at);
 }
+
+void mass(const Place& at, double* out) { out[0] = at.particles.mass(at.p); }
 
 void rank(const Place& at, double* out) { out[0] = at.rank; }
 
@@ -48,7 +50,8 @@ constexpr DerivedField table[] = {
     {"pressure", "Pa", "-tr(tau) / (3 J)", 1, false, pressure},
     {"deviatoric_stress", "Pa", "||dev tau|| / J", 1, false, deviatoric_stress},
     {"cauchy_stress", "Pa", "tau / J, row-major", 9, false, cauchy_stress},
-    {"density", "kg/m^3", "m_p / (V_p^0 J)", 1, false, density},
+    {"mass", "kg", "m_p = rho_0 V_p^0", 1, false, mass},
+    {"density", "kg/m^3", "rho_0 / J", 1, false, density},
     {"rank", "1", "rank that holds the particle", 1, true, rank},  // the only one that depends on the number of ranks
 };
 

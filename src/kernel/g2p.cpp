@@ -305,7 +305,7 @@ class Update {
   Update(const Arguments<NodeOf<kept>>& arg, ParticleSet& set)
       : arg_(arg),
         id_(set.id()),
-        mass_(set, Field::mass),
+        mass_(set),
         position_(set, Field::position),
         velocity_(set, Field::velocity),
         affine_velocity_(set, Field::affine_velocity) {
@@ -348,8 +348,9 @@ class Update {
     include_lanes(speed_, speed_squared, id_ + p, n);
     include_lanes(velocity_gradient_extreme_, squares(motion.gradient), id_ + p, n);
     // Lanes past the end hold no particle and no mass.
-    mass_max_ = maximum(mass_max_, mass_(p));
-    momentum_max_ = maximum(momentum_max_, mass_(p) * reach);
+    const Pack mass = mass_(p);
+    mass_max_ = maximum(mass_max_, mass);
+    momentum_max_ = maximum(momentum_max_, mass * reach);
   }
 
   void merge_into(StepBounds& bounds) const {
@@ -364,7 +365,7 @@ class Update {
  private:
   const Arguments<NodeOf<kept>>& arg_;
   const GlobalIndex* id_;
-  FieldColumns<1> mass_;
+  MassColumn mass_;
   MutableColumns<3> position_, velocity_;
   MutableColumns<9> affine_velocity_;
   std::optional<MutableColumns<9>> velocity_gradient_;
@@ -450,6 +451,7 @@ void measure_motion(const GridGeometry& grid, const TransferSettings& transfer, 
 
 void measure_particles(const GridGeometry& grid, const TransferSettings& transfer, const ParticleSet& particles,
                        StepBounds& bounds) {
+  const MassColumn masses(particles);
   const LocalIndex count = particles.size();
   for (LocalIndex p = 0; p < count; p += n_lanes) {
     const int n = static_cast<int>(std::min<LocalIndex>(n_lanes, count - p));
@@ -460,7 +462,7 @@ void measure_particles(const GridGeometry& grid, const TransferSettings& transfe
     const Pack speed_squared = squares(v), affine_squared = squares(affine);
     Pack reach = square_root(speed_squared);
     if (transfer.affine()) reach += square_root(affine_squared) * (moment_sum_ratio(grid.order) * grid.cell_size);
-    const Pack mass = load(particles.real(Field::mass) + p);
+    const Pack mass = masses(p);
     include_lanes(bounds.motion.speed, speed_squared, id, n);
     include_lanes(bounds.motion.velocity_gradient, affine_squared, id, n);
     for (int lane = 0; lane < n; ++lane) {

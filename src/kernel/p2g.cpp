@@ -36,7 +36,7 @@ struct Arguments {
   const LocalIndex* cell;
   FieldColumns<3> position, velocity;
   FieldColumns<9> affine_velocity;
-  FieldColumns<1> mass, reference_volume;
+  MassColumn mass;
   FieldColumns<3> force;  // read where `forced`
   ParticleStress stress;
   CellMeans means;
@@ -80,8 +80,7 @@ void prepare(const Arguments<NodeType>& arg, LocalIndex p, int b, Batch<order, N
   prepare_weights<order, form>(fx, b, batch);
 
   const Pack zero = broadcast<Pack>(0.0);
-  const Pack mass = arg.mass(p);
-  const Pack volume = arg.reference_volume(p);
+  const Pack volume = arg.mass.volume(p), mass = arg.mass(p);
   const SymTensor<Pack> stress =
       arg.means.any() ? arg.stress.with_mean(p, arg.means.of(&CellSums::stress, p, arg.stress.mean(p))) : arg.stress.of(p);
 
@@ -235,7 +234,6 @@ template <SplineOrder order, GradientForm form, bool forced, Impulses impulses, 
     if (arg.affine) arg.affine_velocity.prefetch(ahead);
     arg.stress.prefetch(ahead);
     arg.mass.prefetch(ahead);
-    arg.reference_volume.prefetch(ahead);
     if constexpr (forced) arg.force.prefetch(ahead);
     for (int b = 0; b < size; b += n_lanes) prepare<order, form, forced, impulses>(arg, first + b, b, batch);
     for (int b = 0; b < size; ++b)
@@ -259,8 +257,7 @@ void run_all(const GridGeometry& grid, const TransferSettings& transfer, const P
                                 {particles, Field::position},
                                 {particles, Field::velocity},
                                 {particles, Field::affine_velocity},
-                                {particles, Field::mass},
-                                {particles, Field::reference_volume},
+                                MassColumn(particles),
                                 {particles, force ? force->field : Field::velocity},
                                 {particles, stress},
                                 means,

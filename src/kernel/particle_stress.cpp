@@ -35,8 +35,8 @@ SymTensor<double> ParticleStress::of_one(LocalIndex p) const {
   SymTensor<double> stress;
   for (int c = 0; c < 6; ++c) stress.c[c] = components_.column[c][p];
   if (!from_state_) return stress;
-  const std::uint8_t m = uniform_ ? 0 : material_[p];
-  return elastic(stress, shear_[m], volumetric(half_bulk_[m], ratio_.column[0][p]));
+  const std::uint8_t m = shear_.material[p];
+  return elastic(stress, shear_.of[m], volumetric(half_bulk_.of[m], ratio_.column[0][p]));
 }
 
 }  // namespace bulkley

@@ -46,27 +46,25 @@ class ParticleStress {
  public:
   ParticleStress(const ParticleSet& particles, const StressOfState& of_state)
       : from_state_(of_state.any()),
-        uniform_(of_state.uniform_),
-        shear_(of_state.shear_.data()),
-        half_bulk_(of_state.half_bulk_.data()),
+        shear_{of_state.shear_.data(), of_state.uniform_, particles.material()},
+        half_bulk_{of_state.half_bulk_.data(), of_state.uniform_, particles.material()},
         components_(particles, from_state_ ? Field::left_cauchy_green : Field::kirchhoff_stress),
-        ratio_(particles, Field::volume_ratio),
-        material_(particles.material()) {}
+        ratio_(particles, Field::volume_ratio) {}
 
   /// Of n_lanes particles from `p` on.
   SymTensor<Pack> of(LocalIndex p) const {
     const SymTensor<Pack> components = stored(p);
-    return from_state_ ? elastic(components, by_material(shear_, p), mean(p)) : components;
+    return from_state_ ? elastic(components, shear_(p), mean(p)) : components;
   }
   /// Likewise, a third of the trace.
   Pack mean(LocalIndex p) const {
-    if (from_state_) return volumetric(by_material(half_bulk_, p), ratio_(p));
+    if (from_state_) return volumetric(half_bulk_(p), ratio_(p));
     return (1.0 / 3.0) * ((components_(p, 0) + components_(p, 1)) + components_(p, 2));
   }
   /// Of n_lanes particles with another mean stress.
   SymTensor<Pack> with_mean(LocalIndex p, Pack other) const {
     SymTensor<Pack> stress = stored(p);
-    if (from_state_) return elastic(stress, by_material(shear_, p), other);
+    if (from_state_) return elastic(stress, shear_(p), other);
     const Pack change = other - mean(p);
     for (int a = 0; a < 3; ++a) stress.c[a] += change;
     return stress;
@@ -103,19 +101,11 @@ class ParticleStress {
     for (int c = 0; c < 6; ++c) components.c[c] = components_(p, c);
     return components;
   }
-  // Lanes past the end have any number.
-  Pack by_material(const double* values, LocalIndex p) const {
-    if (uniform_) return broadcast<Pack>(values[0]);
-    Pack result;
-    for (int lane = 0; lane < n_lanes; ++lane) result[lane] = values[material_[p + lane]];
-    return result;
-  }
 
-  bool from_state_, uniform_;
-  const double *shear_, *half_bulk_;
+  bool from_state_;
+  NumbersOfMaterials shear_, half_bulk_;
   FieldColumns<6> components_;  // of b, or of the stress
   FieldColumns<1> ratio_;
-  const std::uint8_t* material_;
 };
 
 }  // namespace bulkley

@@ -72,7 +72,6 @@ void fill(const GridGeometry& grid, const VolumetricLaws& laws, const ParticleSe
   const std::uint8_t* const material = particles.material();
   const double* const V = particles.real(Field::reference_volume);
   const double* const ratio = particles.real(Field::volume_ratio);
-  const double* const mass = particles.real(Field::mass);
   const double* const last = particles.real(Field::cell_mean_stress);
   const double* const x[3] = {particles.real(Field::position, 0), particles.real(Field::position, 1),
                               particles.real(Field::position, 2)};
@@ -85,7 +84,7 @@ void fill(const GridGeometry& grid, const VolumetricLaws& laws, const ParticleSe
     const VolumetricLaw& law = *laws[material[p]];
     const double J = ratio[p], compliance = V[p] / law.slope(J);
     cell.volume += V[p];
-    cell.mass += mass[p];
+    cell.mass += particles.densities()[material[p]] * V[p];
     cell.compliance += compliance;
     cell.target += compliance * law.stress(J);
     cell.parts = cell.parts && !law.tension;

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <limits>
 #include <optional>
+#include <vector>
 
 #include "bulkley/base/error.hpp"
 #include "kernel/batch.hpp"
@@ -304,6 +305,12 @@ OptionalFields internal_fields(std::span<const NamedMaterial> materials) {
     if (field_yield(named.material).given()) fields.insert(Field::magnetic_field_strength);
   if (!StressOfState(materials).any()) fields.insert(Field::kirchhoff_stress);
   return fields;
+}
+
+Densities densities_of(std::span<const NamedMaterial> materials) {
+  std::vector<double> densities;
+  for (const NamedMaterial& named : materials) densities.push_back(rest_density(named.material));
+  return Densities(densities);
 }
 
 void stress_update(const Material& material, std::uint8_t material_index, Field gradient, double dt, ParticleSet& particles,

@@ -28,6 +28,9 @@ void stress_update(const Material& material, std::uint8_t material_index, Field 
 /// collective.
 OptionalFields internal_fields(std::span<const NamedMaterial> materials);
 
+/// The densities that particles of these materials have. Not collective.
+Densities densities_of(std::span<const NamedMaterial> materials);
+
 /// Gives the internal variables of the material's particles their values at the start. Not collective.
 void set_internal_variables(const Material& material, std::uint8_t material_index, ParticleSet& particles);
 

@@ -72,6 +72,10 @@ Material at_field(const Material& material, double field) {
   return ThixotropicHerschelBulkley{p};
 }
 
+double rest_density(const Material& material) {
+  return std::visit([](const auto& law) { return law.density(); }, material);
+}
+
 double shear_wave_speed_at_rest(const Material& material) {
   constexpr double strain = 1e-4;
   const SymTensor<double> simple_shear{{1.0 + strain * strain, 1.0, 1.0, strain, 0.0, 0.0}};

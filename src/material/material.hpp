@@ -58,6 +58,9 @@ std::optional<CharacteristicStress> characteristic_stress(const Material& materi
 /// The name of a material's law in scenes. Not collective.
 const char* law_name(const Material& material);
 
+/// Density of the material as it starts, kg/m^3. Not collective.
+double rest_density(const Material& material);
+
 /// Speed of a shear wave in the material at rest, m/s; 0 where it holds no shear stress. Not collective.
 double shear_wave_speed_at_rest(const Material& material);
 

@@ -22,7 +22,13 @@ ParticleSet::Buffer ParticleSet::allocate(std::size_t bytes) {
   return Buffer(static_cast<std::byte*>(::operator new[](bytes, std::align_val_t{alignment})));
 }
 
-ParticleSet::ParticleSet(OptionalFields fields) : optional_(fields) {
+Densities::Densities(std::span<const double> of_materials) {
+  BULKLEY_ASSERT(of_materials.size() <= of_.size());
+  std::ranges::copy(of_materials, of_.begin());
+  uniform_ = std::ranges::all_of(of_materials, [&](double density) { return density == of_.front(); });
+}
+
+ParticleSet::ParticleSet(OptionalFields fields, const Densities& densities) : optional_(fields), densities_(densities) {
   for (const FieldInfo& f : field_table) {
     auto& first = first_column_[static_cast<std::size_t>(f.field)];
     first = -1;
@@ -169,7 +175,7 @@ void ParticleSet::remove(std::span<const LocalIndex> gone) {
 }
 
 ParticleSet ParticleSet::selected(std::span<const LocalIndex> chosen) const {
-  ParticleSet copy(optional_);
+  ParticleSet copy(optional_, densities_);
   copy.resize(static_cast<LocalIndex>(chosen.size()));
   for (std::size_t c = 0; c < columns_.size(); ++c) {
     if (!is_whole(c)) continue;

@@ -217,7 +217,6 @@ void store(const GridGeometry& grid, const Body& body, const Seed& seed, StartMo
   for (int c = 0; c < 9; ++c) particles.real(Field::affine_velocity, c)[p] = gradient(c / 3, c % 3);
   for (int c = 0; c < 3; ++c) particles.real(Field::left_cauchy_green, c)[p] = 1.0;
   particles.real(Field::volume_ratio)[p] = 1.0;
-  particles.real(Field::mass)[p] = body.density * volume;
   particles.real(Field::reference_volume)[p] = volume;
   particles.material()[p] = body.material_index;
   particles.id()[p] = seed.id;

@@ -43,12 +43,11 @@ ParticleSet make_specimen(const Material& material) {
   OptionalFields fields = internal_fields({&named, 1});
   fields.insert(Field::velocity_gradient);
   fields.insert(Field::kirchhoff_stress);
-  ParticleSet particles(fields);
+  ParticleSet particles(fields, densities_of({&named, 1}));
   particles.resize(1);
   for (int c = 0; c < 3; ++c) particles.real(Field::left_cauchy_green, c)[0] = 1.0;
   particles.real(Field::volume_ratio)[0] = 1.0;
   particles.real(Field::reference_volume)[0] = volume;
-  particles.real(Field::mass)[0] = volume * std::visit([](const auto& law) { return law.density(); }, material);
   particles.material()[0] = 0;
   particles.id()[0] = 0;
   set_internal_variables(material, 0, particles);

@@ -75,7 +75,7 @@ void assign_material(const Value& table, const Scene& scene, Inflow& inflow, Fau
   const auto index = static_cast<std::size_t>(found - names.begin());
   inflow.material_index = static_cast<std::uint8_t>(index);
   const Material& material = scene.materials[index].material;
-  inflow.density = std::visit([](const auto& law) { return law.density(); }, material);
+  inflow.density = rest_density(material);
   if (inflow.pressure.value == 0.0 && !inflow.pressure.is_measured) return;
   const std::optional<VolumetricLaw> law = volumetric_law(material);
   if (!law) {

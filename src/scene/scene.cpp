@@ -45,8 +45,7 @@ void assign_materials(const Value& root, Scene& scene, Faults& faults) {
     }
     const auto index = found - names.begin();
     body.material_index = static_cast<std::uint8_t>(index);
-    body.density =
-        std::visit([](const auto& law) { return law.density(); }, scene.materials[static_cast<std::size_t>(index)].material);
+    body.density = rest_density(scene.materials[static_cast<std::size_t>(index)].material);
   }
 }
 

@@ -24,7 +24,7 @@ std::optional<Magnets> magnets_of(const Scene& scene) {
   Magnets magnets{*scene.magnetics, {}, {}, Vec3::Constant(endless), Vec3::Constant(-endless)};
   for (const NamedMaterial& named : scene.materials) {
     magnets.magnetisations.push_back(named.magnetisation);
-    magnets.densities.push_back(std::visit([](const auto& law) { return law.density(); }, named.material));
+    magnets.densities.push_back(rest_density(named.material));
   }
   for (const Body& body : scene.bodies) {
     if (!magnets.magnetisations[body.material_index]) continue;
@@ -102,7 +102,7 @@ OptionalFields optional_fields(const Scene& scene) {
 }
 
 ParticleSet no_particles(const Scene& scene) {
-  ParticleSet particles(optional_fields(scene));
+  ParticleSet particles(optional_fields(scene), densities_of(scene.materials));
   particles.hold_block({0, ParticleSet::padding});
   return particles;
 }
@@ -207,7 +207,7 @@ TileCensus seeded_census(const Comm& comm, const Scene& scene) {
   };
   add(census);
   if (comm.is_root()) {  // the feeds at the start, which are few
-    ParticleSet fed(optional_fields(scene));
+    ParticleSet fed(optional_fields(scene), densities_of(scene.materials));
     append_first_layers(physics_of(scene), TileMap(CutTree(scene.grid)), 0, fed);
     add(take_census(scene.grid, fed, all.n_materials));
   }

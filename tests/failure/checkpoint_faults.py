@@ -145,7 +145,7 @@ WRONG = [
     ("velocity_nan", set_values("velocity", set_at(50, float("nan"))), "velocity of the particle in row 50 is nan"),
     ("position_infinite", set_values("position", set_at(0, float("inf"))), "position of the particle in row 0 is inf"),
     ("strain_nan", set_values("left_cauchy_green", set_at(-1, float("nan"))), r"left_cauchy_green of the particle in row \d+ is nan"),
-    ("mass_zero", set_values("mass", set_at(3, 0.0)), "mass of the particle in row 3 is 0 and must be greater than 0"),
+    ("volume_zero", set_values("reference_volume", set_at(3, 0.0)), "reference_volume of the particle in row 3 is 0 and must be greater than 0"),
     ("volume_negative", set_values("reference_volume", set_at(9, -1e-6)), "reference_volume of the particle in row 9"),
     ("volume_ratio_negative", set_values("volume_ratio", set_at(9, -1.0)), "volume_ratio of the particle in row 9"),
     ("id_twice", set_values("id", same_id_twice(10, 11)), r"the particle id \d+ occurs twice"),
@@ -161,14 +161,14 @@ WRONG = [
     ("no_ids", remove_dataset("id"), "/particles/id is missing"),
     ("no_materials", remove_dataset("material"), "/particles/material is missing"),
     ("no_connectivity", remove_dataset("connectivity"), "/particles/connectivity is missing"),
-    ("mass_float32", replace_dataset("mass", lambda mass: mass.astype("<f4")), "/particles/mass is float32"),
-    ("mass_int16", replace_dataset("mass", lambda mass: mass.astype("<i2")), "mass has an element type that does not belong"),
+    ("volume_float32", replace_dataset("reference_volume", lambda volume: volume.astype("<f4")), "/particles/reference_volume is float32"),
+    ("volume_int16", replace_dataset("reference_volume", lambda volume: volume.astype("<i2")), "reference_volume has an element type that does not belong"),
     ("velocity_of_two", replace_dataset("velocity", lambda v: v[:, :2].copy()), "/particles/velocity is float64 .* should be"),
     ("velocity_flat", replace_dataset("velocity", lambda v: v.reshape(-1).copy()), "/particles/velocity is float64 .* should be"),
     ("velocity_short", replace_dataset("velocity", lambda v: v[:-1].copy()), "/particles/velocity is float64 .* should be"),
     ("velocity_scalar", replace_dataset("velocity", lambda v: v[0, 0]), "/particles/velocity is float64 .* should be"),
     ("no_step", remove_attribute("step"), "attribute 'step' of / is missing"),
-    ("no_checksum", remove_attribute("crc32", "particles/mass"), "attribute 'crc32' of /particles/mass is missing"),
+    ("no_checksum", remove_attribute("crc32", "particles/reference_volume"), "attribute 'crc32' of /particles/reference_volume is missing"),
     ("no_header_checksum", remove_attribute("header_crc32"), "attribute 'header_crc32' of / is missing"),
     ("header_changed", lambda path: h5py.File(path, "r+").attrs.modify("time", 0.5), "its header is damaged"),
     ("too_many_particles", change_header(set_attribute("n_particles", 10**12)), "should be"),
@@ -194,7 +194,7 @@ WRONG_FOR_THE_SCENE = [
 ]
 # Those that are restarted from, too, and those without naming a file, and on three ranks; the others are equal.
 RESTARTED = {"velocity_nan", "id_twice", "id_twice_far_apart", "id_all_the_same", "material_out_of_range", "no_ids",
-             "mass_float32", "newer_format", "empty", "folder", "noise", "too_many_particles"}
+             "volume_float32", "newer_format", "empty", "folder", "noise", "too_many_particles"}
 FALL_BACK = {"velocity_nan", "id_twice_far_apart", "empty", "too_many_particles"}
 
 

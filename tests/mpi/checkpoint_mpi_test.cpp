@@ -270,9 +270,9 @@ TEST_F(Altered, NothingIsAccepted) {
 
 TEST_F(Altered, MissingArray) {
   const std::string file = write_altered([](FileContent& content) {
-    std::erase_if(content.arrays, [](const Array& array) { return array.path == "/particles/mass"; });
+    std::erase_if(content.arrays, [](const Array& array) { return array.path == "/particles/reference_volume"; });
   });
-  expect_refused(file, "/particles/mass is missing");
+  expect_refused(file, "/particles/reference_volume is missing");
 }
 
 TEST_F(Altered, WrongType) {
@@ -293,8 +293,8 @@ TEST_F(Altered, WrongShape) {
 
 TEST_F(Altered, WrongValues) {
   expect_refused(write_altered(with_value("velocity", 3 * 7 + 1, std::nan(""))), "velocity of the particle in row 7 is nan");
-  expect_refused(write_altered(with_value("mass", 19, 0.0)),
-                 "mass of the particle in row 19 is 0 and must be greater than 0");
+  expect_refused(write_altered(with_value("reference_volume", 19, 0.0)),
+                 "reference_volume of the particle in row 19 is 0 and must be greater than 0");
   expect_refused(write_altered(with_value("id", 4, GlobalIndex{-3})),
                  "id of the particle in row 4 is -3 and must not be negative");
   expect_refused(write_altered(with_value("material", 11, std::uint8_t{2})),
@@ -407,14 +407,14 @@ TEST_F(Checkpoint, ComparesById) {
   }
 
   write_other(400, [](ParticleSet& particles) {
-    particles.real(Field::velocity, 1)[399 - 12] += 0.25;  // particle 12
-    particles.real(Field::mass)[399 - 3] *= 1.0 + 1e-12;   // particle 3
+    particles.real(Field::velocity, 1)[399 - 12] += 0.25;             // particle 12
+    particles.real(Field::reference_volume)[399 - 3] *= 1.0 + 1e-12;  // particle 3
   });
   comparison = compare_checkpoints(comm, a, b);
   EXPECT_FALSE(comparison.identical);
   if (comm.is_root()) {
     for (const FieldDifference& field : comparison.fields) {
-      const bool changed = field.name == "velocity" || field.name == "mass";
+      const bool changed = field.name == "velocity" || field.name == "reference_volume";
       EXPECT_EQ(field.n_different, changed ? 1 : 0) << field.name;
       if (field.name == "velocity") {
         EXPECT_NEAR(field.largest_absolute, 0.25, 1e-15);

@@ -99,8 +99,8 @@ TEST_F(Compare, PlantedDifferences) {
 TEST_F(Compare, TiesGoToTheSmallestId) {
   ParticleSet before = shuffled(), after = shuffled();
   for (GlobalIndex id = 2999; id > 40; id -= 29) {  // to 41
-    with(before, id, [&](LocalIndex p) { before.real(Field::mass)[p] = 1.0; });
-    with(after, id, [&](LocalIndex p) { after.real(Field::mass)[p] = 1.5; });
+    with(before, id, [&](LocalIndex p) { before.real(Field::reference_volume)[p] = 1.0; });
+    with(after, id, [&](LocalIndex p) { after.real(Field::reference_volume)[p] = 1.5; });
     with(before, id, [&](LocalIndex p) { before.real(Field::plastic_shear_rate)[p] = 0.0; });  // equal but for their bits
     with(after, id, [&](LocalIndex p) { after.real(Field::plastic_shear_rate)[p] = -0.0; });
   }
@@ -109,7 +109,7 @@ TEST_F(Compare, TiesGoToTheSmallestId) {
   expect_as_serial();
   EXPECT_EQ(comparison_text(compare_checkpoints(comm, a, b)),
             "plastic_shear_rate: 103 values differ, by at most 0 1/s (particle 41), relatively 0 (particle 41)\n"
-            "mass: 103 values differ, by at most 0.5 kg (particle 41), relatively 0.333 (particle 41)\n");
+            "reference_volume: 103 values differ, by at most 0.5 m^3 (particle 41), relatively 0.333 (particle 41)\n");
 }
 
 TEST_F(Compare, OtherMomentsAndFields) {

@@ -135,7 +135,7 @@ TEST_F(EnergyBudgetTest, TranslationLosesNothing) {
     const Ran shared = run(comm, scene, 20);
     double energy = 0.0;
     for (LocalIndex p = 0; p < scene.particles.size(); ++p)
-      energy += 0.5 * scene.particles.real(Field::mass)[p] * Vec3(1.0, 0.5, -0.7).squaredNorm();
+      energy += 0.5 * scene.particles.mass(p) * Vec3(1.0, 0.5, -0.7).squaredNorm();
     EXPECT_LT(std::abs(shared.account.from_grid), 1e-12 * energy);
     EXPECT_LT(std::abs(shared.account.to_grid_and_integration), 1e-12 * energy);
     EXPECT_LT(std::abs(shared.account.residual), 1e-12 * energy);
@@ -294,8 +294,8 @@ Vec3 center_of_mass(const ParticleSet& particles) {
   Vec3 sum = Vec3::Zero();
   double mass = 0.0;
   for (LocalIndex p = 0; p < particles.size(); ++p) {
-    sum += particles.real(Field::mass)[p] * particles.vector(Field::position, p);
-    mass += particles.real(Field::mass)[p];
+    sum += particles.mass(p) * particles.vector(Field::position, p);
+    mass += particles.mass(p);
   }
   return sum / mass;
 }
@@ -330,7 +330,7 @@ TEST_F(EnergyBudgetTest, BouncingBall) {
     scene.physics.gravity = Vec3(0.0, 0.0, -9.81);
     const double start = center_of_mass(scene.particles)[2];
     double mass = 0.0;
-    for (LocalIndex p = 0; p < scene.particles.size(); ++p) mass += scene.particles.real(Field::mass)[p];
+    for (LocalIndex p = 0; p < scene.particles.size(); ++p) mass += scene.particles.mass(p);
     const double energy = 0.5 * mass + mass * 9.81 * 0.25;
 
     const Ran falling = run(comm, scene, 40), risen = run(comm, scene, 350);

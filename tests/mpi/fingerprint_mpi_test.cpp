@@ -42,7 +42,7 @@ class Fingerprints : public testing::Test {
 
 TEST_F(Fingerprints, DoNotDependOnOrderAndRanks) {
   const ParticleSet particles = make_uneven_particles(comm, 3000), others = reversed(3000);
-  for (const Field field : {Field::position, Field::mass, Field::left_cauchy_green, Field::material, Field::id})
+  for (const Field field : {Field::position, Field::reference_volume, Field::left_cauchy_green, Field::material, Field::id})
     EXPECT_EQ(of(particles, field), of(others, field)) << info(field).name;
   EXPECT_FALSE(of(particles, Field::position) == of(particles, Field::velocity));
 }
@@ -105,9 +105,9 @@ TEST_F(Fingerprints, RefuseOtherIdsAndValues) {
   expect_fault(fault_with(with_value("velocity", 7, 0.5)), "velocity is not what was written");
   EXPECT_NE(fault_with([](FileContent& content) {
               for (Attribute& attribute : content.attributes)
-                if (attribute.object == "/state/fingerprints" && attribute.name == "mass")
+                if (attribute.object == "/state/fingerprints" && attribute.name == "reference_volume")
                   attribute.value = std::vector<GlobalIndex>{1, 2, 3};
-            }).find("the fingerprint of mass is damaged"),
+            }).find("the fingerprint of reference_volume is damaged"),
             std::string::npos);
 }
 

@@ -23,15 +23,15 @@ class FrontsTest : public testing::Test {
  protected:
   Comm comm{PETSC_COMM_WORLD};
 
-  // Particles at random places with masses of two sizes, the same on every rank.
+  // Particles at random places with masses of four sizes, the same on every rank.
   static ParticleSet cloud(LocalIndex n) {
-    ParticleSet set;
+    ParticleSet set(OptionalFields{}, Densities(std::array{1.0, 2.0}));
     set.resize(n);
     std::mt19937_64 random(5);
     std::uniform_real_distribution<double> uniform(-1.0, 1.0);
     for (LocalIndex p = 0; p < n; ++p) {
       const Vec3 x = random_vector(uniform, random);
-      place_particle(set, p, x, p % 3 == 0 ? 0.7 : 0.1, 1.0);
+      place_particle(set, p, x, p % 3 == 0 ? 0.7 : 0.1);
       set.material()[p] = p % 2;
     }
     return set;
@@ -48,7 +48,7 @@ class FrontsTest : public testing::Test {
     for (LocalIndex p = 0; p < all.size(); ++p) {
       const double r = reach_of(front, all.vector(Field::position, p));
       if (std::isnan(r) || (front.material_number >= 0 && all.material()[p] != front.material_number)) continue;
-      sorted.emplace_back(r, all.real(Field::mass)[p]);
+      sorted.emplace_back(r, all.mass(p));
       total += sorted.back().second;
     }
     std::sort(sorted.begin(), sorted.end());
@@ -77,9 +77,9 @@ TEST_F(FrontsTest, FindTheQuantileOfTheMass) {
 
 // Ten particles of one mass at 1, 2, ... 10: nine tenths of the mass reach to 9.
 TEST_F(FrontsTest, CountsWholeParticles) {
-  ParticleSet all;
+  ParticleSet all(OptionalFields{}, Densities(std::array{1.0}));
   all.resize(10);
-  for (LocalIndex p = 0; p < 10; ++p) place_particle(all, p, Vec3(p + 1.0, 0.0, 0.0), 0.3, 1.0);
+  for (LocalIndex p = 0; p < 10; ++p) place_particle(all, p, Vec3(p + 1.0, 0.0, 0.0), 0.3);
   for (int tenths = 1; tenths <= 10; ++tenths) EXPECT_EQ(reach(along(Vec3::UnitX(), 0.1 * tenths), all), tenths);
   EXPECT_EQ(reach(along(Vec3::UnitX(), 0.91), all), 10.0);
   EXPECT_EQ(reach(along(-Vec3::UnitX(), 0.1), all), -10.0);

@@ -41,7 +41,7 @@ Scene scene_of(SplineOrder order, const std::array<bool, 3>& periodic) {
       const double size = scene.grid.upper()[axis];
       x[axis] = periodic[axis] ? (x[axis] < 0.0 ? x[axis] + size : x[axis]) : std::min(std::abs(x[axis]), size);
     }
-    place_particle(scene.particles, p, x, 1.0, 1.0);
+    place_particle(scene.particles, p, x, 1.0);
     scene.particles.id()[p] = p;
     scene.q.push_back(normal(random) * std::exp2(static_cast<int>(random() % 40)));
   }

@@ -444,7 +444,7 @@ TEST_F(SolverTest, NodeValuesChangeNothingAndHoldAllMass) {
     for (const Node& node : values) masses += node.c[3];
     BULKLEY_MPI(MPI_Allreduce(MPI_IN_PLACE, &masses, 1, MPI_DOUBLE, MPI_SUM, comm.get()));
     double total = 0.0;
-    for (LocalIndex p = 0; p < before.size(); ++p) total += before.real(Field::mass)[p];
+    for (LocalIndex p = 0; p < before.size(); ++p) total += before.mass(p);
     EXPECT_NEAR(masses, total, 1e-12 * total);
   }
 }
@@ -477,10 +477,10 @@ TEST_F(SolverTest, DiagnosticsAreTheSameOnAnyNumberOfRanks) {
       physics.grid.cell_size * physics.grid.cell_size / (physics.grid.order == SplineOrder::quadratic ? 4.0 : 3.0);
   for (LocalIndex p = 0; p < all.size(); ++p) {
     const Vec3 v = all.vector(Field::velocity, p);
-    mass += all.real(Field::mass)[p];
-    momentum += all.real(Field::mass)[p] * v;
+    mass += all.mass(p);
+    momentum += all.mass(p) * v;
     const double affine = physics.transfer.affine() ? tensor(all, Field::affine_velocity, p).squaredNorm() : 0.0;
-    kinetic += 0.5 * all.real(Field::mass)[p] * (v.squaredNorm() + second_moment * affine);
+    kinetic += 0.5 * all.mass(p) * (v.squaredNorm() + second_moment * affine);
   }
   EXPECT_NEAR(shared.mass, mass, 1e-13 * mass);
   EXPECT_LE((shared.momentum - momentum).norm(), 1e-13 * mass);

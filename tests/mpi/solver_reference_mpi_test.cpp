@@ -68,7 +68,7 @@ class SolverReferenceTest : public testing::Test {
     TimeStepState state;
     double largest_mass = 0.0;
     for (LocalIndex p = 0; p < scene.particles.size(); ++p)
-      largest_mass = std::max(largest_mass, scene.particles.real(Field::mass)[p]);
+      largest_mass = std::max(largest_mass, scene.particles.mass(p));
     Difference last;
     for (int step = 0; step < n_steps; ++step) {
       const double dt = scene.physics.time_stepping.dt_fixed;

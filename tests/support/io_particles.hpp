@@ -35,7 +35,7 @@ inline void fill_particle(ParticleSet& particles, LocalIndex p, GlobalIndex id) 
 
 /// Particles with ids first .. first + n - 1.
 inline ParticleSet make_particles(GlobalIndex first, GlobalIndex n) {
-  ParticleSet particles;
+  ParticleSet particles(OptionalFields{}, Densities(std::array{1.25, 1.5}));
   particles.resize(static_cast<LocalIndex>(n));
   for (LocalIndex p = 0; p < particles.size(); ++p) fill_particle(particles, p, first + p);
   return particles;

@@ -49,11 +49,10 @@ inline Mat3 tensor(const ParticleSet& set, Field field, LocalIndex p) {
 }
 
 /// A particle at rest and without stress; the caller sets the rest.
-inline void place_particle(ParticleSet& set, LocalIndex p, const Vec3& x, double mass, double volume) {
+inline void place_particle(ParticleSet& set, LocalIndex p, const Vec3& x, double volume) {
   set.set_vector(Field::position, p, x);
   set_symmetric(set, Field::left_cauchy_green, p, Mat3::Identity());
   set.real(Field::volume_ratio)[p] = 1.0;
-  set.real(Field::mass)[p] = mass;
   set.real(Field::reference_volume)[p] = volume;
   set.id()[p] = p;
 }
@@ -65,7 +64,7 @@ inline OptionalFields stressed_fields(bool gradient = false) {
 
 /// The particles `order[0], order[1], ...` of a set, with the optional fields `fields`, zero where they are new.
 inline ParticleSet picked(const ParticleSet& set, const std::vector<LocalIndex>& order, OptionalFields fields) {
-  ParticleSet result(fields);
+  ParticleSet result(fields, set.densities());
   result.resize(static_cast<LocalIndex>(order.size()));
   std::size_t to = 0;
   for (std::size_t from = 0; from < set.columns().size(); ++from) {

@@ -39,7 +39,7 @@ inline std::vector<ReferenceParticle> reference_particles(const ParticleSet& set
     r.L = set.has(Field::velocity_gradient) && set.holds_all(Field::velocity_gradient) ? full_matrix(set, Field::velocity_gradient, p) : r.C;
     r.b = symmetric_matrix(set, Field::left_cauchy_green, p);
     r.J = set.real(Field::volume_ratio)[p];
-    r.m = set.real(Field::mass)[p];
+    r.m = set.mass(p);
     r.V = set.real(Field::reference_volume)[p];
     const SymTensor<double> tau = stress.of_one(p);
     for (int a = 0; a < 3; ++a)

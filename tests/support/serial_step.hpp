@@ -34,11 +34,11 @@ inline SerialScene open_scene(const TransferSettings& transfer) {
   scene.transfer = transfer;
   for (Face& face : scene.faces) face.kind = FaceKind::open;
   scene.materials = {{"solid", NeoHookean{{1000.0, 1e5, 3e4}}},
-                     {"fluid", HerschelBulkley{{1000.0, 1e5, 3e4, 400.0, 50.0, 0.4}}}};
+                     {"fluid", HerschelBulkley{{800.0, 1e5, 3e4, 400.0, 50.0, 0.4}}}};
   return scene;
 }
 
-/// Particles anywhere within `half_width` of the domain's centre, with random velocities, affine matrices and masses, of the
+/// Particles anywhere within `half_width` of the domain's centre, with random velocities, affine matrices and volumes, of the
 /// scene's materials in turn; with random stresses too if `stressed`.
 inline ParticleSet random_particles(const SerialScene& scene, LocalIndex count, unsigned seed, bool stressed,
                                     double half_width = 0.2) {
@@ -49,12 +49,12 @@ inline ParticleSet random_particles(const SerialScene& scene, LocalIndex count, 
     for (int a = 0; a < 3; ++a) m.col(a) = random_vector(uniform, generator);
     return m;
   };
-  ParticleSet set(stressed_fields(scene.transfer.needs_velocity_gradient()));
+  ParticleSet set(stressed_fields(scene.transfer.needs_velocity_gradient()), densities_of(scene.materials));
   set.resize(count);
   const Vec3 middle = 0.5 * (scene.grid.lower + scene.grid.upper());
   for (LocalIndex p = 0; p < count; ++p) {
-    const double mass = 1.5 + uniform(generator);
-    place_particle(set, p, middle + half_width * random_vector(uniform, generator), mass, 1e-3);
+    const double volume = 1e-3 * (1.5 + uniform(generator));
+    place_particle(set, p, middle + half_width * random_vector(uniform, generator), volume);
     set.set_vector(Field::velocity, p, random_vector(uniform, generator));
     set_tensor(set, Field::affine_velocity, p, random_matrix());
     const Mat3 s = random_matrix();

@@ -16,16 +16,16 @@
 
 namespace bulkley {
 
+/// Neo-Hookean (0) and Herschel-Bulkley (1).
+inline std::vector<NamedMaterial> solid_and_fluid() {
+  return {{"solid", NeoHookean{{1000.0, 1e5, 3e4}}}, {"fluid", HerschelBulkley{{800.0, 1e5, 3e4, 50.0, 20.0, 0.4}}}};
+}
+
 /// A scene and all its particles, the same on every rank.
 struct SolverScene {
   Physics physics;
-  ParticleSet particles;
+  ParticleSet particles{OptionalFields{}, densities_of(solid_and_fluid())};
 };
-
-/// Neo-Hookean (0) and Herschel-Bulkley (1).
-inline std::vector<NamedMaterial> solid_and_fluid() {
-  return {{"solid", NeoHookean{{1000.0, 1e5, 3e4}}}, {"fluid", HerschelBulkley{{1000.0, 1e5, 3e4, 50.0, 20.0, 0.4}}}};
-}
 
 /// Appends a block of n[0] x n[1] x n[2] particles, two per cell and axis, its lowest corner at `corner`.
 inline void add_block(SolverScene& scene, const Vec3& corner, const Int3& n, std::uint8_t material, const Vec3& velocity) {
@@ -36,7 +36,7 @@ inline void add_block(SolverScene& scene, const Vec3& corner, const Int3& n, std
   for (int i = 0; i < n[0]; ++i)
     for (int j = 0; j < n[1]; ++j)
       for (int k = 0; k < n[2]; ++k, ++p) {
-        place_particle(set, p, corner + spacing * Vec3(i + 0.5, j + 0.5, k + 0.5), 1000.0 * volume, volume);
+        place_particle(set, p, corner + spacing * Vec3(i + 0.5, j + 0.5, k + 0.5), volume);
         set.material()[p] = material;
         // A little disorder, so that no two particles move alike.
         set.set_vector(Field::velocity, p, velocity + 0.2 * Vec3(std::sin(3.0 * p), std::sin(5.0 * p), std::sin(7.0 * p)));
@@ -48,7 +48,7 @@ inline void add_particle(SolverScene& scene, const Vec3& x, const Vec3& velocity
   const double spacing = 0.5 * scene.physics.grid.cell_size, volume = spacing * spacing * spacing;
   const LocalIndex p = scene.particles.size();
   scene.particles.resize(p + 1);
-  place_particle(scene.particles, p, x, 1000.0 * volume, volume);
+  place_particle(scene.particles, p, x, volume);
   scene.particles.set_vector(Field::velocity, p, velocity);
 }
 
@@ -133,7 +133,7 @@ inline SolverScene every_law_scene(const TransferSettings& transfer) {
                        {"thixotropic", ThixotropicHerschelBulkley{thixotropic}},
                        {"sand", DruckerPrager{sand}},
                        {"snow", Snow{{stiff, 1e-2, 5e-3, 5.0}}}};
-  scene.particles = ParticleSet(internal_fields(physics.materials));
+  scene.particles = ParticleSet(internal_fields(physics.materials), densities_of(physics.materials));
   for (int m = 0; m < 10; ++m)
     add_block(scene, physics.grid.lower + Vec3(0.1 + 0.2 * (m % 5), 0.2 + 0.2 * (m / 5), 0.05), {4, 4, 4},
               static_cast<std::uint8_t>(m), Vec3(m % 2 == 0 ? 1.5 : -1.5, m < 5 ? 1.0 : -1.0, -1.0));
@@ -206,7 +206,7 @@ inline ParticleSet gathered(const Comm& comm, const ParticleSet& local) {
   OptionalFields moving;
   for (const FieldInfo& field : field_table)
     if (field.optional && field.moves && local.has(field.field)) moving.insert(field.field);
-  ParticleSet all(moving);
+  ParticleSet all(moving, local.densities());
   all.resize(starts.back() + counts.back());
   std::size_t to = 0;
   for (std::size_t from = 0; from < local.columns().size(); ++from) {

@@ -34,8 +34,8 @@ CONSTANTS = [
 
     ("particle-time", 150e-9, "s", "of a particle and step on a core by itself (bulkley bench; cream, moment FLIP)"),
     ("particle-traffic", 1025, "B", "to and from memory for each particle and step (docs/performance.md)"),
-    ("particle-bytes", 263, "B", "of memory for each particle, nodes included (docs/performance.md)"),
-    ("migrant-bytes", 217, "B", "of a particle that changes rank"),
+    ("particle-bytes", 255, "B", "of memory for each particle, nodes included (docs/performance.md)"),
+    ("migrant-bytes", 209, "B", "of a particle that changes rank"),
     ("rebuild-time", 40e-9, "s", "of a rank's rebuild, for each of its particles"),
     ("step-syncs", 1, "", "collective calls of a step: the all-reduce"),
     ("cut-rounds", 3, "", "of histograms in the search for a cut (without a root)"),

@@ -55,6 +55,26 @@ void fill_gaps(std::span<const Index> gone, Index size, Move move) {
   }
 }
 
+/// Densities of materials, kg/m^3, by their number: what gives particles of a reference volume their mass. Not collective.
+class Densities {
+ public:
+  /// Of no material: every mass is zero.
+  Densities() = default;
+  /// Of at most 256; those of numbers beyond are zero.
+  explicit Densities(std::span<const double> of_materials);
+
+  double operator[](std::uint8_t material) const { return of_[material]; }
+  /// Of any number that a material may have.
+  const double* data() const { return of_.data(); }
+  /// Whether all materials that there are have that of the first.
+  bool uniform() const { return uniform_; }
+  bool operator==(const Densities&) const = default;
+
+ private:
+  std::array<double, std::numeric_limits<std::uint8_t>::max() + 1> of_{};
+  bool uniform_ = true;
+};
+
 /// The particles of one rank. Each component of each field is a contiguous array ("column") of `size()` elements, 64-byte
 /// aligned, followed by at least `padding` readable elements so that vector code may run over the end.
 /// Not collective.
@@ -75,7 +95,7 @@ class ParticleSet {
   };
 
   /// Asking for an optional field that is not among `fields` is a bug.
-  explicit ParticleSet(OptionalFields fields = {});
+  explicit ParticleSet(OptionalFields fields = {}, const Densities& densities = {});
   ~ParticleSet();
   ParticleSet(ParticleSet&&) noexcept;
   ParticleSet& operator=(ParticleSet&&) noexcept;
@@ -85,6 +105,7 @@ class ParticleSet {
   bool has(Field field) const;
   /// The optional fields that this set has.
   OptionalFields optional_fields() const { return optional_; }
+  const Densities& densities() const { return densities_; }
 
   /// Keeps the first min(old, new) particles; new ones are zero.
   void resize(LocalIndex new_size);
@@ -113,6 +134,8 @@ class ParticleSet {
   GlobalIndex* id();
   const GlobalIndex* id() const;
 
+  /// m_p, kg.
+  double mass(LocalIndex p) const { return densities_[material()[p]] * real(Field::reference_volume)[p]; }
   Vec3 vector(Field field, LocalIndex p) const;
   void set_vector(Field field, LocalIndex p, const Vec3& value);
 
@@ -141,6 +164,7 @@ class ParticleSet {
   std::size_t first_column(Field field) const;
 
   OptionalFields optional_;
+  Densities densities_;
   std::vector<Column> columns_;
   std::array<int, field_table.size()> first_column_{};
   std::vector<Buffer> buffers_;

@@ -21,7 +21,7 @@ Number value_at(const std::byte* rows, GlobalIndex element) {
 }
 
 bool must_be_positive(Field field) {
-  return field == Field::mass || field == Field::reference_volume || field == Field::volume_ratio;
+  return field == Field::reference_volume || field == Field::volume_ratio;
 }
 
 constexpr GlobalIndex ids_per_round = GlobalIndex{1} << 22;  // 32 MiB per rank, for any number of particles

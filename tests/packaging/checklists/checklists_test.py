@@ -46,7 +46,7 @@ def toy_in_the_list(text):
 
 def toy_field(text):
     text = insert(text, "constexpr DerivedField table[] = {", "void toy(const Place& at, double* out) { "
-                  "out[0] = 2.0 * at.particles.real(Field::mass)[at.p]; }\n\n", before=True)
+                  "out[0] = 2.0 * at.particles.mass(at.p); }\n\n", before=True)
     return insert(text, "constexpr DerivedField table[] = {\n", '    {"toy_field", "kg", "twice the mass", 1, false, toy},\n')
 
 

@@ -59,7 +59,7 @@ void check_law(const Scene& scene) {
 }
 
 void check_field_and_face(const Scene& scene) {
-  ParticleSet particles(internal_fields(scene.materials));
+  ParticleSet particles(internal_fields(scene.materials), densities_of(scene.materials));
   std::vector<TileIndex> tiles;
   for (TileIndex tile = 0; tile < scene.grid.n_tiles(); ++tile) tiles.push_back(tile);
   seed_particles(scene.grid, scene.bodies, tiles, particles);
@@ -69,8 +69,8 @@ void check_field_and_face(const Scene& scene) {
   for (const DerivedField& field : derived_fields()) {
     if (std::string(field.name) != "toy_field") continue;
     double value = 0.0;
-    field.evaluate({particles, 0, 0}, &value);
-    found = value == 2.0 * particles.real(Field::mass)[0];
+    field.evaluate({particles, {}, 0, 0}, &value);
+    found = value == 2.0 * particles.mass(0);
   }
   expect(found, "the toy field has its value");
 

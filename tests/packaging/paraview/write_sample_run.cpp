@@ -22,7 +22,7 @@ constexpr OptionalFields fields{Field::kirchhoff_stress, Field::structure, Field
 
 /// A ball of particles at height `z`, every rank a share of them; those in its shell belong to the second material.
 ParticleSet make_ball(const Comm& comm, double z) {
-  ParticleSet particles(fields);
+  ParticleSet particles(fields, Densities(std::array{1000.0, 1000.0}));
   GlobalIndex id = 0;
   const int n = static_cast<int>(radius / spacing);
   for (int i = -n; i <= n; ++i)
@@ -37,7 +37,6 @@ ParticleSet make_ball(const Comm& comm, double z) {
         particles.set_vector(Field::position, p, Vec3(0.5, 0.4, z) + from_center);
         particles.set_vector(Field::velocity, p, Vec3(0.0, 0.0, -5.0 + from_center.x() * 20.0));
         particles.real(Field::volume_ratio)[p] = 1.0;
-        particles.real(Field::mass)[p] = 1000.0 * spacing * spacing * spacing;
         particles.real(Field::reference_volume)[p] = spacing * spacing * spacing;
         for (int c = 0; c < 6; ++c) particles.real(Field::kirchhoff_stress, c)[p] = 100.0 * (c + 1) + from_center.z();
         for (int c = 0; c < 3; ++c) particles.real(Field::left_cauchy_green, c)[p] = 1.0;

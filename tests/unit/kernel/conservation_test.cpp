@@ -25,7 +25,7 @@ Totals of_particles(const SerialStep& run) {
   Totals t;
   const ParticleSet& set = run.particles;
   for (LocalIndex p = 0; p < set.size(); ++p) {
-    const double m = set.real(Field::mass)[p];
+    const double m = set.mass(p);
     const Vec3 x = set.vector(Field::position, p), v = set.vector(Field::velocity, p);
     t.mass += m;
     t.momentum += m * v;
@@ -56,7 +56,7 @@ Totals of_nodes(const SerialStep& run) {
 
 // A cube of n^3 equal particles at rest, two per cell and axis, about the domain's centre.
 ParticleSet cube(const SerialScene& scene, int n) {
-  ParticleSet set(stressed_fields(scene.transfer.needs_velocity_gradient()));
+  ParticleSet set(stressed_fields(scene.transfer.needs_velocity_gradient()), densities_of(scene.materials));
   set.resize(n * n * n);
   const double spacing = 0.5 * scene.grid.cell_size, volume = spacing * spacing * spacing;
   const Vec3 middle = 0.5 * (scene.grid.lower + scene.grid.upper());
@@ -64,7 +64,7 @@ ParticleSet cube(const SerialScene& scene, int n) {
   for (int i = 0; i < n; ++i)
     for (int j = 0; j < n; ++j)
       for (int k = 0; k < n; ++k, ++p)
-        place_particle(set, p, middle + spacing * (Vec3(i, j, k) - 0.5 * (n - 1) * Vec3::Ones()), 1000.0 * volume, volume);
+        place_particle(set, p, middle + spacing * (Vec3(i, j, k) - 0.5 * (n - 1) * Vec3::Ones()), volume);
   return set;
 }
 
@@ -223,7 +223,7 @@ TEST(Conservation, C8FlipDriftsWithForcesAsPredicted) {
       Vec3 predicted = Vec3::Zero();
       for (LocalIndex p = 0; p < probe.particles.size(); ++p) {
         const Mat3 B = tensor(probe.particles, Field::affine_velocity, p) * run.second_moment();
-        predicted -= probe.particles.real(Field::mass)[p] * Vec3(B(2, 1) - B(1, 2), B(0, 2) - B(2, 0), B(1, 0) - B(0, 1));
+        predicted -= probe.particles.mass(p) * Vec3(B(2, 1) - B(1, 2), B(0, 2) - B(2, 0), B(1, 0) - B(0, 1));
       }
       run.nodes_to_particles(h);
       const Vec3 change = of_particles(run).angular - before.angular;

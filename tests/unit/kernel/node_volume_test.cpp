@@ -105,11 +105,11 @@ TEST(NodeVolume, IsWhatMaterialThatFillsTheRoomBringsToNodes) {
     for (int i = 0; i < 16; ++i)
       for (int j = 0; j < 16; ++j)
         for (int k = 4; k < 16; ++k) places.push_back(grid.lower + 0.5 * dx * Vec3(i + 0.5, j + 0.5, k + 0.5));
-    ParticleSet set(stressed_fields());
+    ParticleSet set(stressed_fields(), Densities(std::array{density}));
     set.resize(static_cast<LocalIndex>(places.size()));
     const double volume = dx * dx * dx / 8.0;
     for (std::size_t p = 0; p < places.size(); ++p)
-      place_particle(set, static_cast<LocalIndex>(p), places[p], density * volume, volume);
+      place_particle(set, static_cast<LocalIndex>(p), places[p], volume);
     SerialStep run(scene, std::move(set));
     run.particles_to_nodes(1e-3);
     run.update_nodes(1e-3);

@@ -232,7 +232,7 @@ TEST(Transfer, BoundsHoldForRandomAndExtremeStates) {
     // Masses and stresses over forty orders of magnitude.
     ParticleSet extreme = random_particles(scene, 500, 9, true);
     for (LocalIndex p = 0; p < extreme.size(); ++p) {
-      extreme.real(Field::mass)[p] *= std::pow(10.0, p % 41 - 20);
+      extreme.real(Field::reference_volume)[p] *= std::pow(10.0, p % 41 - 20);
       for (int c = 0; c < 6; ++c) extreme.real(Field::kirchhoff_stress, c)[p] *= std::pow(10.0, p % 37 - 18);
     }
     SerialStep run(scene, std::move(extreme));
@@ -252,12 +252,12 @@ TEST(Transfer, TheMassBoundIsReachedByTheWorstPlacement) {
     std::vector<double> offsets = {-1e-9, 1e-9};
     if (order == SplineOrder::quadratic) offsets = {-shift - 1e-9, 0.0, shift + 1e-9};
     if (order == SplineOrder::cubic) offsets = {-1.0 - 1e-9, -1e-9, 1e-9, 1.0 + 1e-9};
-    ParticleSet set(stressed_fields());
+    ParticleSet set(stressed_fields(), densities_of(scene.materials));
     set.resize(static_cast<LocalIndex>(offsets.size() * offsets.size() * offsets.size()));
     LocalIndex p = 0;
     for (const double x : offsets)
       for (const double y : offsets)
-        for (const double z : offsets) place_particle(set, p++, node + dx * Vec3(x, y, z), 2.0, 1e-3);
+        for (const double z : offsets) place_particle(set, p++, node + dx * Vec3(x, y, z), 2e-3);
     SerialStep run(scene, std::move(set));
     EXPECT_EQ(run.bounds.sums.cell_count, 1);
     run.particles_to_nodes(1e-3);
@@ -400,9 +400,9 @@ TEST(Transfer, BaseNodesAgreeAtTheEdgesOfCells) {
           for (int k = 0; k < 9; ++k, x = std::nextafter(x, 1e9))
             if (x >= scene.grid.lower[a] && x <= upper[a]) edges[a].push_back(x);
         }
-      ParticleSet set(stressed_fields());
+      ParticleSet set(stressed_fields(), densities_of(scene.materials));
       set.resize(1);
-      place_particle(set, 0, scene.grid.lower, 1.0, 1e-3);
+      place_particle(set, 0, scene.grid.lower, 1e-3);
       SerialStep run(scene, std::move(set));
       for (std::size_t n = 0; n < edges[0].size(); ++n) {
         const Vec3 x(edges[0][n], edges[1][n * 7 % edges[1].size()], edges[2][n * 11 % edges[2].size()]);

@@ -168,7 +168,7 @@ TEST(ViscousStress, IsRecordedWithItsWork) {
   ParticleSet particles(OptionalFields{Field::viscous_stress});
   particles.resize(70);
   for (LocalIndex p = 0; p < 70; ++p) {
-    place_particle(particles, p, Vec3::Zero(), 1.0, 1e-3);
+    place_particle(particles, p, Vec3::Zero(), 1e-3);
     particles.material()[p] = static_cast<std::uint8_t>(p % 2);
     particles.real(Field::volume_ratio)[p] = 1.5;
     particles.real(Field::plastic_dissipation)[p] = 2.0;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <numeric>
 #include <random>
 #include <set>
@@ -259,6 +260,29 @@ TEST(ParticleSet, RefusesNumbersOfParticlesThatOneRankCannotNumber) {
       EXPECT_EQ(std::string(error.what()).find(std::to_string(n) + " particles are more than the "), 0u) << error.what();
     }
   }
+}
+
+TEST(ParticleSet, MassIsDensityTimesReferenceVolume) {
+  ParticleSet set(OptionalFields{}, Densities(std::array{1000.0, 2.5}));
+  set.resize(3);
+  for (LocalIndex p = 0; p < 3; ++p) {
+    set.real(Field::reference_volume)[p] = 0.5 * (p + 1);
+    set.material()[p] = static_cast<std::uint8_t>(p % 2);
+  }
+  EXPECT_EQ(set.mass(0), 500.0);
+  EXPECT_EQ(set.mass(1), 2.5);
+  const ParticleSet copy = set.selected(std::vector<LocalIndex>{2, 1});
+  EXPECT_EQ(copy.densities(), set.densities());
+  EXPECT_EQ(copy.mass(0), 1500.0);
+  set.material()[0] = 7;  // a number beyond
+  EXPECT_EQ(set.mass(0), 0.0);
+}
+
+TEST(ParticleSet, DensitiesAreUniformWhereThereIsOneValue) {
+  EXPECT_TRUE(Densities().uniform());
+  EXPECT_TRUE(Densities(std::array{3.0}).uniform());
+  EXPECT_TRUE(Densities(std::array{3.0, 3.0}).uniform());
+  EXPECT_FALSE(Densities(std::array{3.0, 3.0, 4.0}).uniform());
 }
 
 TEST(ParticleSet, VectorsAreThreeColumns) {

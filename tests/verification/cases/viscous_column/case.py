@@ -16,8 +16,8 @@ class Column:
 
     def __init__(self, run):
         particles = run.checkpoint()
-        position, velocity, mass = (particles[name] for name in ("position", "velocity", "mass"))
-        self.center = mass @ position[:, :2] / mass.sum()
+        position, velocity, volume = (particles[name] for name in ("position", "velocity", "reference_volume"))
+        self.center = volume @ position[:, :2] / volume.sum()
         self.front = numpy.quantile(position[:, 0], 0.995)
         history = run.history()
         self.kinetic = history["kinetic_energy_J"][-1] / 0.025
