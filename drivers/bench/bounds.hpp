@@ -18,7 +18,7 @@ struct Bound {
 namespace bench_bounds {
 inline constexpr Bound spread_over_sizes{1.15};               ///< max/min cost per particle, 100 000 to 10 000 000 of them
 inline constexpr Bound empty_domain{1.10};                    ///< a step in 16 times the ball's box, over one in the box
-inline constexpr Bound bytes_per_particle{290.0};             ///< of a million particles on one rank
+inline constexpr Bound bytes_per_particle{280.0};             ///< of a million particles on one rank
 inline constexpr Bound forecast_error{1.20};                  ///< measured over predicted memory, or the other way round
 inline constexpr Bound two_ranks{1.85, Sense::at_least};      ///< throughput over that of one rank
 inline constexpr Bound eight_ranks{0.5, Sense::at_least};     ///< likewise, on fewer cores: less would be a collapse

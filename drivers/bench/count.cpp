@@ -24,9 +24,9 @@ double weight_flops(const WorkCase& w) { return 3.0 * (quadratic(w) ? 4 + 9 : 4 
 double derivative_flops(const WorkCase& w) { return bspline(w) ? 3.0 * (quadratic(w) ? 4 : 14) : 0.0; }
 
 WorkTerm p2g_particles(const WorkCase& w) {
-  // x, v, m, V, tau or what makes it, b and, unless the cell's mean stress is known, J; and C where it is used.
+  // x, v, V, tau or what makes it, b and, unless the cell's mean stress is known, J; and C where it is used.
   const int of_stress = w.stores_stress || w.shares_dilation ? 6 : 7;
-  const int n_doubles = 3 + 3 + 1 + 1 + of_stress + (w.transfer.affine() ? 9 : 0);
+  const int n_doubles = 3 + 3 + 1 + of_stress + (w.transfer.affine() ? 9 : 0);
   return {"p2g, particles", n_doubles * pass + cell, 0.0};
 }
 
