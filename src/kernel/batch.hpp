@@ -94,16 +94,16 @@ struct FieldColumns {
 template <int n>
 using MutableColumns = FieldColumns<n, double>;
 
-/// The number of a material, for each of n_lanes particles from `p` on; lanes past the end have that of any.
-struct NumbersOfMaterials {
-  const double* of;  ///< by the number of a material, 256 of them
-  bool uniform;      ///< all that occur are the first
+/// A constant of its material, for each of n_lanes particles from `p` on; lanes past the end have that of any.
+struct MaterialConstant {
+  const double* by_number;  ///< of materials, 256
+  bool uniform;             ///< the first is that of all particles
   const std::uint8_t* material;
 
   Pack operator()(LocalIndex p) const {
-    if (uniform) return broadcast<Pack>(of[0]);
+    if (uniform) return broadcast<Pack>(by_number[0]);
     Pack result;
-    for (int lane = 0; lane < n_lanes; ++lane) result[lane] = of[material[p + lane]];
+    for (int lane = 0; lane < n_lanes; ++lane) result[lane] = by_number[material[p + lane]];
     return result;
   }
 };
@@ -120,7 +120,7 @@ class MassColumn {
   void prefetch(LocalIndex p) const { volume_.prefetch(p); }
 
  private:
-  NumbersOfMaterials density_;
+  MaterialConstant density_;
   FieldColumns<1> volume_;
 };
 

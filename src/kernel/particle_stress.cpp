@@ -36,7 +36,7 @@ SymTensor<double> ParticleStress::of_one(LocalIndex p) const {
   for (int c = 0; c < 6; ++c) stress.c[c] = components_.column[c][p];
   if (!from_state_) return stress;
   const std::uint8_t m = shear_.material[p];
-  return elastic(stress, shear_.of[m], volumetric(half_bulk_.of[m], ratio_.column[0][p]));
+  return elastic(stress, shear_.by_number[m], volumetric(half_bulk_.by_number[m], ratio_.column[0][p]));
 }
 
 }  // namespace bulkley

@@ -103,7 +103,7 @@ class ParticleStress {
   }
 
   bool from_state_;
-  NumbersOfMaterials shear_, half_bulk_;
+  MaterialConstant shear_, half_bulk_;
   FieldColumns<6> components_;  // of b, or of the stress
   FieldColumns<1> ratio_;
 };
