@@ -207,7 +207,7 @@ TileCensus seeded_census(const Comm& comm, const Scene& scene) {
   };
   add(census);
   if (comm.is_root()) {  // the feeds at the start, which are few
-    ParticleSet fed(optional_fields(scene), densities_of(scene.materials));
+    ParticleSet fed = no_particles(scene);
     append_first_layers(physics_of(scene), TileMap(CutTree(scene.grid)), 0, fed);
     add(take_census(scene.grid, fed, all.n_materials));
   }
