@@ -42,7 +42,9 @@ std::vector<TileIndex> all_tiles(const GridGeometry& grid) {
 }
 
 ParticleSet seeded(const GridGeometry& grid, const std::vector<Body>& bodies) {
-  ParticleSet particles;
+  std::vector<double> densities(256, 0.0);
+  for (const Body& body : bodies) densities[body.material_index] = body.density;
+  ParticleSet particles(OptionalFields{}, Densities(densities));
   seed_particles(grid, bodies, all_tiles(grid), particles);
   return particles;
 }
@@ -77,6 +79,9 @@ TEST(Seeding, AnAlignedBoxIsFilledExactly) {
     const ParticleSet set = seeded(grid, {body_of({Box{{-0.3, 0.4, 0.5}, {0.1, 0.7, 1.1}}}, per_cell)});
     EXPECT_EQ(set.size(), 4 * 3 * 6 * per_cell);
     EXPECT_NEAR(total_volume(set), 0.4 * 0.3 * 0.6, 1e-13);
+    double mass = 0.0;
+    for (LocalIndex p = 0; p < set.size(); ++p) mass += set.mass(p);
+    EXPECT_NEAR(mass, 1200.0 * 0.4 * 0.3 * 0.6, 1e-10);
   }
 }
 
@@ -271,6 +276,7 @@ TEST(Seeding, ParticlesCarryTheStateOfTheirBody) {
     for (int c = 0; c < 6; ++c) EXPECT_EQ(set.real(Field::left_cauchy_green, c)[p], c < 3 ? 1.0 : 0.0);
     EXPECT_EQ(set.real(Field::volume_ratio)[p], 1.0);
     EXPECT_EQ(set.real(Field::reference_volume)[p], 1.0 / 4096.0);
+    EXPECT_EQ(set.mass(p), 1200.0 / 4096.0);
     EXPECT_EQ(set.material()[p], 3);
     EXPECT_EQ(set.real(Field::plastic_shear_rate)[p], 0.0);
     EXPECT_EQ(set.real(Field::plastic_dissipation)[p], 0.0);
