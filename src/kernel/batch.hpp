@@ -12,8 +12,6 @@
 
 namespace bulkley {
 
-using Quad [[gnu::vector_size(32)]] = double;  ///< the four numbers of a Node
-
 /// The numbers of a NodePair. Sums of both halves cost no more instructions than one where vectors have 64 bytes. Where they do
 /// not, GCC keeps a vector of that size in memory, and p2g takes fourteen times as long.
 #if defined(__AVX512F__)
@@ -193,25 +191,9 @@ class StencilRows {
   NodeType* first_;
 };
 
-/// Rows of n_lanes numbers, cut into quads.
-inline constexpr int quads_per_pack = n_lanes / 4;
-struct CutPack {
-  Quad part[quads_per_pack];
-};
-
 /// Transposes four rows of n_lanes numbers into n_lanes quads, `stride` apart: quad p is {row[0][p], ..., row[3][p]}.
 inline void store_quads(const Pack (&row)[4], Quad* to, std::ptrdiff_t stride) {
-  CutPack cut[4];
-  std::memcpy(cut, row, sizeof cut);
-  for (int part = 0; part < quads_per_pack; ++part, to += 4 * stride) {
-    const Quad x = cut[0].part[part], y = cut[1].part[part], z = cut[2].part[part], m = cut[3].part[part];
-    const Quad xy02 = __builtin_shufflevector(x, y, 0, 4, 2, 6), xy13 = __builtin_shufflevector(x, y, 1, 5, 3, 7);
-    const Quad zm02 = __builtin_shufflevector(z, m, 0, 4, 2, 6), zm13 = __builtin_shufflevector(z, m, 1, 5, 3, 7);
-    to[0] = __builtin_shufflevector(xy02, zm02, 0, 1, 4, 5);
-    to[stride] = __builtin_shufflevector(xy13, zm13, 0, 1, 4, 5);
-    to[2 * stride] = __builtin_shufflevector(xy02, zm02, 2, 3, 6, 7);
-    to[3 * stride] = __builtin_shufflevector(xy13, zm13, 2, 3, 6, 7);
-  }
+  transpose_rows(row, [&](int p, Quad quad) { to[p * stride] = quad; });
 }
 
 /// The same of eight rows into octs, written at once: a load of 64 bytes waits long for two stores of 32.
@@ -243,16 +225,9 @@ inline void store_octs(const Pack (&low)[4], const Pack (&high)[4], Quad* to, st
 
 /// The first three rows back: row[r][p] = component r of quad p.
 inline void load_rows(const Quad* from, std::ptrdiff_t stride, Pack (&row)[3]) {
-  CutPack cut[3];
-  for (int part = 0; part < quads_per_pack; ++part, from += 4 * stride) {
-    const Quad p0 = from[0], p1 = from[stride], p2 = from[2 * stride], p3 = from[3 * stride];
-    const Quad xz01 = __builtin_shufflevector(p0, p1, 0, 4, 2, 6), y01 = __builtin_shufflevector(p0, p1, 1, 5, 3, 7);
-    const Quad xz23 = __builtin_shufflevector(p2, p3, 0, 4, 2, 6), y23 = __builtin_shufflevector(p2, p3, 1, 5, 3, 7);
-    cut[0].part[part] = __builtin_shufflevector(xz01, xz23, 0, 1, 4, 5);
-    cut[1].part[part] = __builtin_shufflevector(y01, y23, 0, 1, 4, 5);
-    cut[2].part[part] = __builtin_shufflevector(xz01, xz23, 2, 3, 6, 7);
-  }
-  std::memcpy(row, cut, sizeof row);
+  Pack rows[4];
+  transpose_quads([&](int p) { return from[p * stride]; }, rows);
+  for (int r = 0; r < 3; ++r) row[r] = rows[r];
 }
 
 /// Merges the roots of the first `n` lanes of `squared` into `extreme`. Reads ids only where a lane may win.

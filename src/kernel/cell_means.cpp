@@ -47,7 +47,7 @@ void prepare(const CellFrame& frame, const FieldColumns<3>& position, LocalIndex
 // {weight, weight, weight, -} but the slope in the lane `axis`: what velocity components count along that axis.
 template <int axis>
 inline Quad factor(double weight, double slope) {
-  const Quad w = Quad{} + weight, d = Quad{} + slope;
+  const Quad w = weight - Quad{}, d = slope - Quad{};
   return __builtin_shufflevector(w, d, axis == 0 ? 4 : 0, axis == 1 ? 5 : 1, axis == 2 ? 6 : 2, 3);
 }
 

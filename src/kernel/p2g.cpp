@@ -42,8 +42,7 @@ struct Arguments {
   CellMeans means;
   LocalIndex n_particles;
   double dt;
-  Quad pool_constant;
-  Quad impulse_constant;
+  Quad rounding[2];  // M of (T28) for a node's numbers, and for those of an impulse apart
   NodeType* pool;
 };
 
@@ -128,20 +127,13 @@ inline void add_rounded(NodeType& node, Vector contribution, Vector constant) {
   store_vector(node, load_vector<Vector>(node) + rounded(contribution, constant));
 }
 
-// Numbers of a node, as many as a vector holds: of a NodePair the momentum's or both halves.
-template <class Vector, class NodeType>
-Vector rounding_constants(const Arguments<NodeType>& arg) {
-  const Quad both[2] = {arg.pool_constant, arg.impulse_constant};
-  return load_vector<Vector>(both);
-}
-
 template <SplineOrder order, GradientForm form, bool forced, Impulses impulses, class NodeType>
 void scatter(const Arguments<NodeType>& arg, LocalIndex cell, int b, const Batch<order, NodeType>& batch) {
   constexpr int s = stencil_width(order);
   constexpr bool mls = form == GradientForm::mls;
   using Vector = std::conditional_t<mls, typename VectorOf<NodeType>::type, Quad>;
   const StencilRows<order, NodeType> pool(arg.row_offsets, cell, arg.pool);
-  const Vector constant = rounding_constants<Vector>(arg);
+  const Vector constant = load_vector<Vector>(arg.rounding);  // of a NodePair the momentum's or both halves
   const auto momentum = [&](int c) { return load_vector<Vector>(batch.momentum[b][c]); };
   const Quad* const f = batch.impulse[b];
   Vector qi = momentum(0);
@@ -169,14 +161,14 @@ void scatter(const Arguments<NodeType>& arg, LocalIndex cell, int b, const Batch
           add_rounded(to[k], wz * q, constant);
         } else if constexpr (impulses == Impulses::apart) {
           add_rounded(to[k].motion, wz * q, constant);
-          add_rounded(to[k].change, wz * g + batch.dz[k][b] * gz, arg.impulse_constant);
+          add_rounded(to[k].change, wz * g + batch.dz[k][b] * gz, arg.rounding[1]);
         } else if constexpr (impulses == Impulses::both) {
           const Quad impulse = wz * g + batch.dz[k][b] * gz;
           add_rounded(to[k].motion, wz * q + impulse, constant);
           if constexpr (forced)
-            add_rounded(to[k].change, impulse + wz * given, arg.impulse_constant);
+            add_rounded(to[k].change, impulse + wz * given, arg.rounding[1]);
           else
-            add_rounded(to[k].change, impulse, arg.impulse_constant);
+            add_rounded(to[k].change, impulse, arg.rounding[1]);
         } else {
           add_rounded(to[k], wz * q + (wz * g + batch.dz[k][b] * gz), constant);
         }
@@ -194,7 +186,7 @@ template <SplineOrder order>
 void scatter_uniform(const Arguments<NodePair>& arg, LocalIndex cell, int b, const Batch<order, NodePair>& batch) {
   constexpr int s = stencil_width(order);
   const StencilRows<order, NodePair> pool(arg.row_offsets, cell, arg.pool);
-  const Quad constant = arg.pool_constant, impulse_constant = arg.impulse_constant;
+  const Quad constant = arg.rounding[0], impulse_constant = arg.rounding[1];
   const auto impulse = [&](int c) { return batch.momentum[b][c][1]; };
   const Quad momentum = batch.momentum[b][0][0];
   Quad fi = impulse(0);
@@ -263,8 +255,7 @@ void run_all(const GridGeometry& grid, const TransferSettings& transfer, const P
                                 means,
                                 particles.size(),
                                 dt,
-                                Quad{q, q, q, m},
-                                Quad{f, f, f, f},
+                                {Quad{q, q, q, m}, Quad{f, f, f, f}},
                                 pool};
   std::fill_n(pool, layout.n_nodes(), NodeType{});
   with_order(grid.order, [&](auto order) {

@@ -29,8 +29,9 @@ class OverstressTable {
     const Real shifted = (position - 0.5) + pack_math::to_integer;  // of two pieces that meet, either will do
     const Real x = position - (shifted - pack_math::to_integer);
     const Bits<Real> first = n_coefficients * (to_bits(shifted) - pack_math::to_integer_bits);
-    const double* c = pieces_[0].data();
-    const Real u = gather(c, first) + x * (gather(c + 1, first) + x * (gather(c + 2, first) + x * gather(c + 3, first)));
+    Real c[n_coefficients];
+    gather_rows(pieces_[0].data(), first, c);
+    const Real u = c[0] + x * (c[1] + x * (c[2] + x * c[3]));
     return minimum(u, asymptote);
   }
 
@@ -40,7 +41,8 @@ class OverstressTable {
   static constexpr int n_coefficients = 4;
 
   double eta_, h_, log_eta_;
-  std::array<std::array<double, n_coefficients>, 2 * bound * pieces_per_unit + 1> pieces_;  ///< cubics in t
+  /// Cubics in t.
+  alignas(32) std::array<std::array<double, n_coefficients>, 2 * bound * pieces_per_unit + 1> pieces_;
 };
 
 /// Null when eta or h is not a number, as in a law without parameters. Not collective.

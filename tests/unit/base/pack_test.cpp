@@ -43,13 +43,35 @@ TEST(Pack, LanewiseFunctionsAgreeWithTheirScalars) {
   }
 }
 
-TEST(Pack, GathersOneNumberForEachLane) {
-  double table[5 * n_lanes];
-  for (int i = 0; i < 5 * n_lanes; ++i) table[i] = 100.0 + i;
+TEST(Pack, TransposesQuadsToRowsAndBack) {
+  Quad quads[n_lanes], back[n_lanes];
+  for (int lane = 0; lane < n_lanes; ++lane)
+    for (int r = 0; r < 4; ++r) quads[lane][r] = 10.0 * lane + r;
+  Pack rows[4];
+  transpose_quads([&](int lane) { return quads[lane]; }, rows);
+  transpose_rows(rows, [&](int lane, Quad quad) { back[lane] = quad; });
+  for (int lane = 0; lane < n_lanes; ++lane)
+    for (int r = 0; r < 4; ++r) {
+      EXPECT_EQ(rows[r][lane], 10.0 * lane + r);
+      EXPECT_EQ(back[lane][r], 10.0 * lane + r);
+    }
+}
+
+TEST(Pack, GathersFourNumbersForEachLane) {
+  double table[5 * n_lanes + 3];
+  for (int i = 0; i < 5 * n_lanes + 3; ++i) table[i] = 100.0 + i;
   PackMask index;
   for (int lane = 0; lane < n_lanes; ++lane) index[lane] = (7 * lane + 3) % (5 * n_lanes);
-  for (int lane = 0; lane < n_lanes; ++lane) EXPECT_EQ(gather(table, index)[lane], gather(table, std::int64_t{index[lane]}));
-  EXPECT_EQ(gather(table, std::int64_t{3}), 103.0);
+  Pack rows[4];
+  gather_rows(table, index, rows);
+  for (int lane = 0; lane < n_lanes; ++lane) {
+    double row[4];
+    gather_rows(table, std::int64_t{index[lane]}, row);
+    for (int r = 0; r < 4; ++r) {
+      EXPECT_EQ(row[r], 100.0 + static_cast<double>(index[lane]) + r);
+      EXPECT_EQ(rows[r][lane], row[r]);
+    }
+  }
 }
 
 TEST(Pack, ComparisonsWithNaNAreFalse) {
