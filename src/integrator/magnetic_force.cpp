@@ -102,6 +102,7 @@ void MagneticForce::describe(double time, const ParticleGrid& particles, const M
 
   std::vector<double> strongest(magnets_.magnetisations.size(), 0.0);
   const std::uint8_t* const material = particles.particles().material();
+  const Densities& densities = particles.particles().densities();
   for (std::size_t p = 0; p < field_->strengths().size(); ++p)
     strongest[material[p]] = std::max(strongest[material[p]], field_->strengths()[p]);
   double square = 0.0;
@@ -109,7 +110,7 @@ void MagneticForce::describe(double time, const ParticleGrid& particles, const M
     if (!magnets_.magnetisations[m]) continue;
     const double M = magnets_.magnetisations[m]->at(strongest[m]);
     const double stiffening = 1.0 + magnets_.magnetisations[m]->initial_susceptibility() / 3.0;
-    square = std::max(square, vacuum_permeability * M * M * stiffening / magnets_.densities[m]);
+    square = std::max(square, vacuum_permeability * M * M * stiffening / densities[static_cast<std::uint8_t>(m)]);
   }
   wave_speed_squared_ = max_global(comm, square);
 

@@ -24,8 +24,7 @@ namespace bulkley {
 struct Magnets {
   MagneticsSettings settings;
   std::vector<std::optional<Magnetisation>> magnetisations;  ///< by material
-  std::vector<double> densities;                             ///< kg/m^3, likewise
-  Vec3 lower, upper;                                         ///< m, of the box that holds the magnetic bodies at the start
+  Vec3 lower, upper;  ///< m, of the box that holds the magnetic bodies at the start
 };
 
 struct Physics {

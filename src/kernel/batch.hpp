@@ -92,33 +92,39 @@ struct FieldColumns {
 template <int n>
 using MutableColumns = FieldColumns<n, double>;
 
-/// A constant of its material, for each of n_lanes particles from `p` on; lanes past the end have that of any.
-struct MaterialConstant {
-  const double* by_number;  ///< of materials, 256
-  bool uniform;             ///< the first is that of all particles
-  const std::uint8_t* material;
+/// A number of its material for each of n_lanes particles from `p` on; lanes past the end have that of any. `values` must outlive this.
+class MaterialColumn {
+ public:
+  MaterialColumn(const ByMaterial& values, const ParticleSet& particles)
+      : values_(values.data()), uniform_(values.uniform()), material_(particles.material()) {}
 
   Pack operator()(LocalIndex p) const {
-    if (uniform) return broadcast<Pack>(by_number[0]);
+    if (uniform_) return broadcast<Pack>(values_[0]);
     Pack result;
-    for (int lane = 0; lane < n_lanes; ++lane) result[lane] = by_number[material[p + lane]];
+    for (int lane = 0; lane < n_lanes; ++lane) result[lane] = values_[material_[p + lane]];
     return result;
   }
+  /// Of one particle.
+  double one(LocalIndex p) const { return values_[material_[p]]; }
+
+ private:
+  const double* values_;
+  bool uniform_;
+  const std::uint8_t* material_;
 };
 
 /// ParticleSet::mass, a pack at a time; lanes past the end have none.
 class MassColumn {
  public:
   explicit MassColumn(const ParticleSet& particles)
-      : density_{particles.densities().data(), particles.densities().uniform(), particles.material()},
-        volume_(particles, Field::reference_volume) {}
+      : density_(particles.densities(), particles), volume_(particles, Field::reference_volume) {}
   Pack operator()(LocalIndex p) const { return density_(p) * volume_(p); }
   /// The reference volume of n_lanes particles.
   Pack volume(LocalIndex p) const { return volume_(p); }
   void prefetch(LocalIndex p) const { volume_.prefetch(p); }
 
  private:
-  MaterialConstant density_;
+  MaterialColumn density_;
   FieldColumns<1> volume_;
 };
 

@@ -13,16 +13,16 @@ std::vector<NamedMaterial> explicit_materials(std::span<const NamedMaterial> mat
 }
 
 StressOfState::StressOfState(std::span<const NamedMaterial> materials) {
-  std::vector<double> shear(n_numbers, 0.0), half_bulk(n_numbers, 0.0);
-  for (std::size_t m = 0; m < materials.size(); ++m) {
-    const auto solid = neo_hookean_stress(materials[m].material);
+  std::vector<double> shear, half_bulk;
+  for (const NamedMaterial& named : materials) {
+    const auto solid = neo_hookean_stress(named.material);
     if (!solid) return;
-    shear[m] = solid->parameters.shear_modulus;
-    half_bulk[m] = 0.5 * solid->parameters.bulk_modulus;
+    shear.push_back(solid->parameters.shear_modulus);
+    half_bulk.push_back(0.5 * solid->parameters.bulk_modulus);
   }
-  shear_ = std::move(shear);
-  half_bulk_ = std::move(half_bulk);
-  uniform_ = materials.size() == 1;
+  any_ = true;
+  shear_ = ByMaterial(shear);
+  half_bulk_ = ByMaterial(half_bulk);
 }
 
 StressOfState::StressOfState(const ParticleSet& particles, std::span<const NamedMaterial> scene_materials) {
@@ -35,8 +35,7 @@ SymTensor<double> ParticleStress::of_one(LocalIndex p) const {
   SymTensor<double> stress;
   for (int c = 0; c < 6; ++c) stress.c[c] = components_.column[c][p];
   if (!from_state_) return stress;
-  const std::uint8_t m = shear_.material[p];
-  return elastic(stress, shear_.by_number[m], volumetric(half_bulk_.by_number[m], ratio_.column[0][p]));
+  return elastic(stress, shear_.one(p), volumetric(half_bulk_.one(p), ratio_.column[0][p]));
 }
 
 }  // namespace bulkley

@@ -1,8 +1,6 @@
 #pragma once
 // The stress of particles: stored, or from their strain where that takes a few operations.
 
-#include <cstdint>
-#include <limits>
 #include <span>
 #include <vector>
 
@@ -31,13 +29,12 @@ class StressOfState {
   /// implicit pressure or viscosity takes from these. Not collective.
   StressOfState(const ParticleSet& particles, std::span<const NamedMaterial> scene_materials);
 
-  bool any() const { return !shear_.empty(); }
+  bool any() const { return any_; }
 
  private:
   friend class ParticleStress;
-  static constexpr std::size_t n_numbers = std::numeric_limits<std::uint8_t>::max() + 1;  // of a material
-  std::vector<double> shear_, half_bulk_;  // Pa, by any number of a material; empty: of none
-  bool uniform_ = false;                   // there is one material
+  bool any_ = false;
+  ByMaterial shear_, half_bulk_;  // Pa
 };
 
 /// The Kirchhoff stress of particles, Pa, without parts by implicit pressure or viscosity. Both arguments must outlive this. Not
@@ -46,8 +43,8 @@ class ParticleStress {
  public:
   ParticleStress(const ParticleSet& particles, const StressOfState& of_state)
       : from_state_(of_state.any()),
-        shear_{of_state.shear_.data(), of_state.uniform_, particles.material()},
-        half_bulk_{of_state.half_bulk_.data(), of_state.uniform_, particles.material()},
+        shear_(of_state.shear_, particles),
+        half_bulk_(of_state.half_bulk_, particles),
         components_(particles, from_state_ ? Field::left_cauchy_green : Field::kirchhoff_stress),
         ratio_(particles, Field::volume_ratio) {}
 
@@ -103,7 +100,7 @@ class ParticleStress {
   }
 
   bool from_state_;
-  MaterialConstant shear_, half_bulk_;
+  MaterialColumn shear_, half_bulk_;
   FieldColumns<6> components_;  // of b, or of the stress
   FieldColumns<1> ratio_;
 };

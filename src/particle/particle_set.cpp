@@ -22,10 +22,10 @@ ParticleSet::Buffer ParticleSet::allocate(std::size_t bytes) {
   return Buffer(static_cast<std::byte*>(::operator new[](bytes, std::align_val_t{alignment})));
 }
 
-Densities::Densities(std::span<const double> of_materials) {
-  BULKLEY_ASSERT(of_materials.size() <= of_.size());
-  std::ranges::copy(of_materials, of_.begin());
-  uniform_ = std::ranges::all_of(of_materials, [&](double density) { return density == of_.front(); });
+ByMaterial::ByMaterial(std::span<const double> values) {
+  BULKLEY_ASSERT(values.size() <= values_.size());
+  std::ranges::copy(values, values_.begin());
+  uniform_ = std::ranges::all_of(values, [&](double value) { return value == values_.front(); });
 }
 
 ParticleSet::ParticleSet(OptionalFields fields, const Densities& densities) : optional_(fields), densities_(densities) {

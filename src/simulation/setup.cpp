@@ -21,11 +21,8 @@ namespace bulkley {
 std::optional<Magnets> magnets_of(const Scene& scene) {
   if (!scene.magnetics) return std::nullopt;
   constexpr double endless = std::numeric_limits<double>::infinity();
-  Magnets magnets{*scene.magnetics, {}, {}, Vec3::Constant(endless), Vec3::Constant(-endless)};
-  for (const NamedMaterial& named : scene.materials) {
-    magnets.magnetisations.push_back(named.magnetisation);
-    magnets.densities.push_back(rest_density(named.material));
-  }
+  Magnets magnets{*scene.magnetics, {}, Vec3::Constant(endless), Vec3::Constant(-endless)};
+  for (const NamedMaterial& named : scene.materials) magnets.magnetisations.push_back(named.magnetisation);
   for (const Body& body : scene.bodies) {
     if (!magnets.magnetisations[body.material_index]) continue;
     const Bounds box = bounds(body.shape);

@@ -55,25 +55,28 @@ void fill_gaps(std::span<const Index> gone, Index size, Move move) {
   }
 }
 
-/// Densities of materials, kg/m^3, by their number: what gives particles of a reference volume their mass. Not collective.
-class Densities {
+/// A number for each material, by the material's own. Not collective.
+class ByMaterial {
  public:
-  /// Of no material: every mass is zero.
-  Densities() = default;
-  /// Of at most 256; those of numbers beyond are zero.
-  explicit Densities(std::span<const double> of_materials);
+  /// Zero for all.
+  ByMaterial() = default;
+  /// Those of at most 256 materials; zero for numbers beyond.
+  explicit ByMaterial(std::span<const double> values);
 
-  double operator[](std::uint8_t material) const { return of_[material]; }
-  /// Of any number that a material may have.
-  const double* data() const { return of_.data(); }
+  double operator[](std::uint8_t material) const { return values_[material]; }
+  /// For any number that a material may have.
+  const double* data() const { return values_.data(); }
   /// Whether all materials that there are have that of the first.
   bool uniform() const { return uniform_; }
-  bool operator==(const Densities&) const = default;
+  bool operator==(const ByMaterial&) const = default;
 
  private:
-  std::array<double, std::numeric_limits<std::uint8_t>::max() + 1> of_{};
+  std::array<double, std::numeric_limits<std::uint8_t>::max() + 1> values_{};
   bool uniform_ = true;
 };
+
+/// Of materials, kg/m^3: what gives particles of a reference volume their mass.
+using Densities = ByMaterial;
 
 /// The particles of one rank. Each component of each field is a contiguous array ("column") of `size()` elements, 64-byte
 /// aligned, followed by at least `padding` readable elements so that vector code may run over the end.
