@@ -10,7 +10,7 @@
 
 namespace bulkley {
 
-/// What one step costs, ns. A run measures its own (Balancer); until then, and for predictions, these are those of a
+/// What one step costs, ns. A run measures its own (CostMeter); until then, and for predictions, these are those of a
 /// recent processor. Only their ratios decide how tiles are divided.
 struct CostModel {
   std::vector<double> particle;  ///< by material; beyond its end `default_particle`

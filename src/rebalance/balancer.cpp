@@ -4,7 +4,6 @@
 #include <array>
 
 #include "integrator/solver.hpp"
-#include "rebalance/running_mean.hpp"
 
 namespace bulkley {
 
@@ -16,19 +15,17 @@ constexpr double check_share = 0.01;     // of the time that checks may take whi
 
 }  // namespace
 
-Balancer::Balancer(const Comm& comm, const PartitionSettings& settings, CostModel cost, GlobalIndex step)
-    : Balancer(comm, settings, std::move(cost), step, make_partitioner(comm, settings)) {}
+Balancer::Balancer(const Comm& comm, const PartitionSettings& settings, CostMeter costs, GlobalIndex step)
+    : Balancer(comm, settings, std::move(costs), step, make_partitioner(comm, settings)) {}
 
-Balancer::Balancer(const Comm& comm, const PartitionSettings& settings, CostModel cost, GlobalIndex step,
+Balancer::Balancer(const Comm& comm, const PartitionSettings& settings, CostMeter costs, GlobalIndex step,
                    std::unique_ptr<Partitioner> partitioner)
     : comm_(comm),
       settings_(settings),
-      cost_(std::move(cost)),
+      costs_(std::move(costs)),
       partitioner_(std::move(partitioner)),
       last_check_(step),
-      last_change_(step) {
-  measured_ = !cost_.particle.empty();
-}
+      last_change_(step) {}
 
 void Balancer::after_step(Solver& solver, GlobalIndex step) {
   if (comm_.size() == 1) return;
@@ -42,11 +39,12 @@ void Balancer::after_step(Solver& solver, GlobalIndex step) {
   {
     const PhaseTimer timer(solver.times(), Phase::balance);
     const TileCensus census = solver.census();
-    measure(solver, census, step);
+    costs_.after_steps(comm_, solver, census, step - last_check_);
+    last_check_ = step;
     proposal = check(solver, census, forced, step);
     decision = next_check(census);
   }
-  average_in(check_seconds_, MPI_Wtime() - begin);
+  costs_.after_check(MPI_Wtime() - begin);
   share_at_check_ = solver.bounds().transport.largest_share;
   const bool changes = proposal.partition.has_value();
   if (changes) {
@@ -84,54 +82,12 @@ bool Balancer::check_is_due(const Solver& solver, GlobalIndex step) {
   return accumulated_imbalance_ > imbalance_budget_ || step - last_check_ >= check_interval_;
 }
 
-Balancer::Clock Balancer::read_clock(const Solver& solver) {
-  const PhaseTimes& times = solver.times();
-  Clock clock;
-  // The pressure's cells are where particles are. It includes waits for other ranks, which weigh particles the more.
-  for (const Phase phase : {Phase::p2g, Phase::viscosity, Phase::pressure, Phase::g2p, Phase::stress_update, Phase::locate,
-                            Phase::judge, Phase::sort})
-    clock.particles += times[phase].seconds;
-  clock.nodes = times[Phase::grid_update].seconds + times[Phase::exchange].seconds - solver.exchange_wait();
-  clock.materials = solver.material_seconds();
-  for (const double seconds : clock.materials) clock.particles -= seconds;
-  return clock;
-}
-
-// What steps have cost since the last check, from the sums over all ranks: a single rank's times also tell who shares its
-// core.
-void Balancer::measure(const Solver& solver, const TileCensus& census, GlobalIndex step) {
-  const Clock clock = read_clock(solver);
-  const auto n_steps = static_cast<double>(step - last_check_);
-  const auto n_materials = static_cast<std::size_t>(census.n_materials);
-  std::vector<double> sums(4 + 2 * n_materials, 0.0);
-  sums[0] = clock.particles - last_clock_.particles;
-  sums[1] = clock.nodes - last_clock_.nodes;
-  sums[2] = n_steps * static_cast<double>(census.n_particles());
-  sums[3] = n_steps * static_cast<double>(census.size() * tile_nodes);
-  for (std::size_t m = 0; m < n_materials; ++m) {
-    sums[4 + m] = clock.materials[m] - (last_clock_.materials.empty() ? 0.0 : last_clock_.materials[m]);
-    for (std::size_t t = 0; t < census.size(); ++t)
-      sums[4 + n_materials + m] += n_steps * static_cast<double>(census.count[t * n_materials + m]);
-  }
-  BULKLEY_MPI(MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, comm_.get()));
-  last_clock_ = clock;
-  last_check_ = step;
-  if (sums[2] == 0.0) return;
-  constexpr double nanoseconds = 1e9;
-  const auto learn = [this](double& mean, double value) { measured_ ? average_in(mean, value) : void(mean = value); };
-  learn(cost_.node, nanoseconds * sums[1] / sums[3]);
-  cost_.particle.resize(n_materials, CostModel::default_particle);
-  for (std::size_t m = 0; m < n_materials; ++m)
-    if (const double n = sums[4 + n_materials + m]; n > 0.0)
-      learn(cost_.particle[m], nanoseconds * (sums[0] / sums[2] + sums[4 + m] / n));
-  measured_ = true;
-}
-
 // Asks the partitioner.
 PartitionProposal Balancer::check(const Solver& solver, const TileCensus& census, bool forced, GlobalIndex step) {
-  PartitionRequest request{solver.physics().grid, census, cost_, &solver.partition(), {}, change_};
+  PartitionRequest request{solver.physics().grid, census, costs_.steps(), &solver.partition(), {}, costs_.change()};
   if (!forced) request.horizon = static_cast<double>(step - last_change_);
   PartitionProposal proposal = partitioner_->propose(comm_, request);
+  if (proposal.tile_seconds > 0.0) costs_.after_whole_map(proposal.tile_seconds);
   if (!has_warned_ && !proposal.notes.warnings.empty()) {
     warning_ = proposal.notes.warnings.front();
     has_warned_ = true;
@@ -141,15 +97,15 @@ PartitionProposal Balancer::check(const Solver& solver, const TileCensus& census
 
 // By the root's measurements: those of ranks differ.
 Balancer::Decision Balancer::next_check(const TileCensus& census) const {
-  std::array<GlobalIndex, 2> sums{tile_load(census, cost_).total(), census.n_particles()};
+  std::array<GlobalIndex, 2> sums{tile_load(census, costs_.steps()).total(), census.n_particles()};
   BULKLEY_MPI(MPI_Allreduce(MPI_IN_PLACE, sums.data(), 2, MPI_INT64_T, MPI_SUM, comm_.get()));
   const auto [load, n_particles] = sums;
   Decision decision{0, settings_.decision_interval};
   if (load > 0) {
     const double particle = 1e-12 * static_cast<double>(load) / static_cast<double>(n_particles);
-    decision.budget = static_cast<GlobalIndex>((check_seconds_ + change_.rebuild) / particle);
+    decision.budget = static_cast<GlobalIndex>((costs_.check() + costs_.change().rebuild) / particle);
     const double mean_step = 1e-12 * static_cast<double>(load) / comm_.size();
-    decision.interval = std::max(decision.interval, static_cast<GlobalIndex>(check_seconds_ / (check_share * mean_step)));
+    decision.interval = std::max(decision.interval, static_cast<GlobalIndex>(costs_.check() / (check_share * mean_step)));
   }
   static_assert(sizeof(Decision) == 2 * sizeof(GlobalIndex));
   BULKLEY_MPI(MPI_Bcast(&decision, 2, MPI_INT64_T, 0, comm_.get()));
@@ -160,12 +116,7 @@ void Balancer::change(Solver& solver, Partition partition, GlobalIndex busiest_m
   const double begin = MPI_Wtime(), rebuilding = solver.times()[Phase::rebuild].seconds;
   totals_.n_moved += solver.adopt(std::move(partition));
   ++totals_.n_repartitions;
-  const double rebuild = solver.times()[Phase::rebuild].seconds - rebuilding;
-  if (totals_.n_repartitions == 1)
-    change_.rebuild = rebuild;
-  else
-    average_in(change_.rebuild, rebuild);
-  if (busiest_moves > 0) average_in(change_.particle, (MPI_Wtime() - begin - rebuild) / static_cast<double>(busiest_moves));
+  costs_.after_change(MPI_Wtime() - begin, solver.times()[Phase::rebuild].seconds - rebuilding, busiest_moves);
 }
 
 }  // namespace bulkley

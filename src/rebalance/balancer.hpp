@@ -1,17 +1,15 @@
 #pragma once
-// When the particles get a new map: measures what steps cost, says when a partitioner is to be asked, and has the solver
-// adopt what it proposes.
+// When the particles get a new map: says when a partitioner is to be asked, and has the solver adopt what it proposes.
 
 #include <memory>
 #include <string>
 #include <utility>
 
 #include "balance/partition_settings.hpp"
+#include "rebalance/cost_meter.hpp"
 #include "rebalance/partitioner.hpp"
 
 namespace bulkley {
-
-class Solver;
 
 /// What balancing has done so far; the same on every rank but for seconds.
 struct BalanceTotals {
@@ -23,47 +21,36 @@ struct BalanceTotals {
 /// Keeps a solver's partition as [partition] of the scene says.
 class Balancer {
  public:
-  /// `cost`: of an earlier run, or the default; `step`: the number of steps made already; `partitioner`: the one of the
-  /// scene (make_partitioner), or another. `comm` must outlive the balancer.
-  Balancer(const Comm& comm, const PartitionSettings& settings, CostModel cost, GlobalIndex step);
-  Balancer(const Comm& comm, const PartitionSettings& settings, CostModel cost, GlobalIndex step,
+  /// `costs`: with those of an earlier run, or the default; `step`: the number of steps made already; `partitioner`: the
+  /// one of the scene (make_partitioner), or another. `comm` must outlive the balancer.
+  Balancer(const Comm& comm, const PartitionSettings& settings, CostMeter costs, GlobalIndex step);
+  Balancer(const Comm& comm, const PartitionSettings& settings, CostMeter costs, GlobalIndex step,
            std::unique_ptr<Partitioner> partitioner);
 
   /// To be called after each step, with its number. Throws as Partitioner::propose does. Collective.
   void after_step(Solver& solver, GlobalIndex step);
 
   /// What steps cost, as measured so far, smoothed.
-  const CostModel& cost() const { return cost_; }
+  const CostModel& cost() const { return costs_.steps(); }
   const BalanceTotals& totals() const { return totals_; }
   /// The first warning about a partition since the last call, on the root; no second one in a run.
   std::string take_warning() { return std::exchange(warning_, {}); }
 
  private:
-  /// Sums over the steps of this rank.
-  struct Clock {
-    double particles = 0.0, nodes = 0.0;  ///< s in work on particles (without stress updates) and on nodes
-    std::vector<double> materials;        ///< s in the stress updates
-  };
   /// When the next check comes; the same on every rank.
   struct Decision {
     GlobalIndex budget = 0;    ///< see imbalance_budget_
     GlobalIndex interval = 0;  ///< see check_interval_
   };
-  static Clock read_clock(const Solver& solver);
   bool check_is_due(const Solver& solver, GlobalIndex step);
-  void measure(const Solver& solver, const TileCensus& census, GlobalIndex step);
   PartitionProposal check(const Solver& solver, const TileCensus& census, bool forced, GlobalIndex step);
   Decision next_check(const TileCensus& census) const;
   void change(Solver& solver, Partition partition, GlobalIndex busiest_moves);
 
   const Comm& comm_;
   PartitionSettings settings_;
-  CostModel cost_;
+  CostMeter costs_;
   std::unique_ptr<Partitioner> partitioner_;
-  bool measured_ = false;
-  double check_seconds_ = 1e-3;  ///< of one imbalance check: to count the particles of tiles and to decide
-  ChangeCost change_;            ///< as measured by this rank
-  Clock last_clock_;
   GlobalIndex last_check_, last_change_;   ///< step numbers
   GlobalIndex reference_share_ = -1;       ///< particles of the most loaded rank after the last change; below zero: none yet
   GlobalIndex share_at_check_ = 0;         ///< particles of the most loaded rank at the last check

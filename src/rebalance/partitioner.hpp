@@ -20,13 +20,14 @@ struct PartitionRequest {
   /// Steps over which a change must save more than it costs; none: a new map is wanted whether it pays or not. Alike on
   /// every rank.
   std::optional<double> horizon = std::nullopt;
-  ChangeCost change = {};  ///< of rebuilds and moves as this rank has measured them: those of ranks differ
+  ChangeCost change = {};  ///< as this rank has measured it: those of ranks differ
 };
 
 /// What a partitioner answers.
 struct PartitionProposal {
   std::optional<Partition> partition;  ///< the same on every rank; none: the present one stays
   GlobalIndex busiest_moves = 0;       ///< particles that the busiest rank sends or receives in the change; 0: not known
+  double tile_seconds = 0.0;           ///< for each loaded tile of a whole map made on the root, there; 0: none was
   PartitionNotes notes;                ///< how it came about, with warnings; on the root
 };
 

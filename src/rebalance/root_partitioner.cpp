@@ -1,7 +1,6 @@
 #include "rebalance/root_partitioner.hpp"
 
 #include "balance/traffic.hpp"
-#include "rebalance/running_mean.hpp"
 #include "rebalance/share.hpp"
 
 namespace bulkley {
@@ -32,11 +31,9 @@ PartitionProposal RootPartitioner::find_on_root(const PartitionRequest& request,
       return predicted_exchange(predict_traffic(grid, p.map, load), request.cost);
     };
     if (fresh_exchange_ < 0.0) fresh_exchange_ = exchange_of(*present);
-    ChangeCost change = request.change;
-    change.tile = tile_seconds_;
-    Change found = worthwhile_change(grid, load, *present, request.cost, change, *request.horizon, fresh_exchange_,
+    Change found = worthwhile_change(grid, load, *present, request.cost, request.change, *request.horizon, fresh_exchange_,
                                      settings_.ranks_per_node);
-    if (found.making > 0.0) average_in(tile_seconds_, found.making / static_cast<double>(load.size()));
+    proposal.tile_seconds = load.size() > 0 ? found.making / static_cast<double>(load.size()) : 0.0;
     next = std::move(found.partition);
     if (next && found.whole) fresh_exchange_ = exchange_of(*next);
   }

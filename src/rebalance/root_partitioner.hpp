@@ -17,8 +17,7 @@ class RootPartitioner final : public Partitioner {
   PartitionProposal find_on_root(const PartitionRequest& request, const TileCensus& census, int n_ranks);
 
   PartitionSettings settings_;
-  double fresh_exchange_ = -1.0;             ///< see worthwhile_change, s; the root's. Below zero: not known yet
-  double tile_seconds_ = ChangeCost{}.tile;  ///< of making a whole map, as measured by the root
+  double fresh_exchange_ = -1.0;  ///< see worthwhile_change, s; the root's. Below zero: not known yet
 };
 
 }  // namespace bulkley

@@ -46,7 +46,7 @@ Run::Run(const Comm& run_comm, const Scene& run_scene, const RunOptions& run_opt
   const GlobalIndex restart_step = options.restart ? restore() : start();
   clock.first_step = state.step;
   clock.first_time = state.time;
-  balancer = std::make_unique<Balancer>(comm, scene.partition, state.cost, state.step);
+  balancer = std::make_unique<Balancer>(comm, scene.partition, CostMeter(state.cost), state.step);
   outputs = outputs_of(*this, restart_step);
   stops = stop_criteria_of(*this);
 }

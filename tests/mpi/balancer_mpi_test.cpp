@@ -97,7 +97,7 @@ TEST_F(BalancerTest, ANewMapAfterEveryStepByEveryMethod) {
       start.map = map_to(scene.physics.grid, comm.size(), comm.size() - 1);
       const auto solver = solver_of(comm, scene, std::move(start));
       const PartitionSettings settings{method, 0, 1};
-      Balancer balancer(comm, settings, {}, 0);
+      Balancer balancer(comm, settings, CostMeter(), 0);
       TimeStepState state;
       for (int step = 1; step <= n_steps; ++step) {
         solver->step({0.0, 1.0}, state);
@@ -120,7 +120,7 @@ TEST_F(BalancerTest, AutoBringsParticlesFromOneRankToAll) {
   Partition partition = partition_of(comm, scene, PartitionMethod::uniform);
   partition.map = map_to(scene.physics.grid, comm.size(), 0);
   const auto solver = solver_of(comm, scene, std::move(partition));
-  Balancer balancer(comm, {PartitionMethod::automatic, 20, 0}, {}, 0);
+  Balancer balancer(comm, {PartitionMethod::automatic, 20, 0}, CostMeter(), 0);
   TimeStepState state;
   for (int step = 1; step <= 100; ++step) {
     solver->step({0.0, 1.0}, state);
@@ -135,12 +135,53 @@ TEST_F(BalancerTest, AutoBringsParticlesFromOneRankToAll) {
   EXPECT_GT(balancer.totals().seconds, 0.0);
 }
 
+// A rod flies along its axis through a box of three times its length. By given costs: with measured ones the machine would
+// decide when a change of maps pays.
+TEST_F(BalancerTest, AFlyingRodIsFollowedByMovingFewParticles) {
+  if (comm.size() < 8) return;  // few ranks have nearly all tiles at their borders
+  SolverScene scene = empty_scene(some_transfers()[0], {96, 24, 24}, {false, false, false});
+  add_block(scene, scene.physics.grid.lower + Vec3(0.6, 0.6, 0.6), {96, 24, 24}, 0, Vec3(8.0, 0.0, 0.0));
+  scene.physics.time_stepping = {};
+  struct Outcome {
+    double mean = 0.0, last = 0.0;  // particles of the most loaded rank over the mean
+    BalanceTotals totals;
+  };
+  const auto flown = [&](PartitionMethod method) {
+    constexpr int n_steps = 150;
+    const auto solver = solver_of(comm, scene, partition_of(comm, scene, PartitionMethod::metis));
+    Balancer balancer(comm, {method}, CostMeter({}, CostSource::given), 0);
+    TimeStepState state;
+    Outcome outcome;
+    for (int step = 1; step <= n_steps; ++step) {
+      solver->step({0.0, 1.0}, state);
+      balancer.after_step(*solver, step);
+      outcome.last = static_cast<double>(solver->bounds().transport.largest_share) * comm.size() /
+                     static_cast<double>(scene.particles.size());
+      outcome.mean += outcome.last / n_steps;
+    }
+    outcome.totals = balancer.totals();
+    return outcome;
+  };
+  const Outcome kept = flown(PartitionMethod::metis);
+  EXPECT_EQ(kept.totals.n_repartitions, 0);
+  ASSERT_GT(kept.last, 1.6) << "the rod does not leave the map of the start: this test shows nothing";
+  const Outcome followed = flown(PartitionMethod::automatic), again = flown(PartitionMethod::automatic);
+  const double moved_by_map = static_cast<double>(followed.totals.n_moved) /
+                              static_cast<double>(scene.particles.size() * followed.totals.n_repartitions);
+  EXPECT_GE(followed.totals.n_repartitions, 2);
+  EXPECT_LE(followed.mean, 1.25);
+  EXPECT_LE(moved_by_map, 0.1);
+  // Nothing but numbers of particles has decided.
+  EXPECT_EQ(again.totals.n_repartitions, followed.totals.n_repartitions);
+  EXPECT_EQ(again.totals.n_moved, followed.totals.n_moved);
+}
+
 TEST_F(BalancerTest, WithoutParticlesThereIsNothingToBalance) {
   SolverScene scene = empty_scene(some_transfers()[0], {16, 16, 8}, {false, false, false});
   for (const int remake : {0, 1}) {
     const auto solver = solver_of(comm, scene, partition_of(comm, scene, PartitionMethod::uniform));
     const PartitionSettings settings{PartitionMethod::automatic, 5, remake};
-    Balancer balancer(comm, settings, {}, 0);
+    Balancer balancer(comm, settings, CostMeter(), 0);
     for (int step = 1; step <= 30; ++step) balancer.after_step(*solver, step);
     EXPECT_EQ(balancer.totals().n_moved, 0);
     EXPECT_EQ(n_particles_global(*solver), 0);

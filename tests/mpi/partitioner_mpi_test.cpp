@@ -256,7 +256,7 @@ ParticleSet run_by(const Comm& comm, const SolverScene& scene, std::unique_ptr<P
                                         n_materials);  // tiles of many ranks
   PartitionProposal first = partitioner->propose(comm, {scene.physics.grid, census, CostModel{}});
   const auto solver = solver_of(comm, scene, std::move(*first.partition));
-  Balancer balancer(comm, settings, {}, 0, std::move(partitioner));
+  Balancer balancer(comm, settings, CostMeter(), 0, std::move(partitioner));
   TimeStepState state;
   for (int step = 1; step <= 30; ++step) {
     solver->step({0.0, 1.0}, state);

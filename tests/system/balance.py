@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """What `bulkley partition` predicts of 8 ranks is what a run on 8 ranks measures; and auto and bisection keep a moving jet
-balanced."""
+balanced. How many particles that moves is tested by given costs in tests/mpi/balancer_mpi_test.cpp: here the clock decides."""
 
 import csv
 import pathlib
@@ -80,7 +80,7 @@ class Test:
         # Measured times, which on too few cores may mislead in one run, hardly in three.
         for method in ("auto", "bisection"):
             if not any(self.follows(method, attempt, fixed) for attempt in range(ATTEMPTS)):
-                fail(f"{method} does not follow the jet, or moves too much")
+                fail(f"{method} does not follow the jet")
 
     def follows(self, method, attempt, fixed):
         moving = self.run(f"{method}_{attempt}", STEPS, f"partition.method={method}")
@@ -90,8 +90,7 @@ class Test:
         by_map = int(last["moved_particles"]) / int(last["particles"]) / max(n_maps, 1)
         print(f"{method}: mean imbalance {mean:.3f}, {n_maps} maps, each moving {by_map:.3f} of the particles; "
               f"the map of the start ends at {fixed[STEPS]['imbalance']}")
-        # A cut near the root takes along what lies below it; on 8 ranks all are near it.
-        return n_maps >= 2 and mean <= 1.25 and (by_map <= 0.1 or method == "bisection")
+        return n_maps >= 2 and mean <= 1.25
 
 
 def main():
