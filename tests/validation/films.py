@@ -14,12 +14,14 @@ SHIFTS = numpy.arange(-0.010, 0.0301, 0.001)  # s, shifts of time that are allow
 MARGIN = 0.035       # s, that runs go on after the film's last frame
 SOFTEST = 2.5e4      # Pa, bulk modulus of a box 2 cm high; in proportion to the height, which keeps the Mach number
 SAVED = 120.0        # frames of a run per second
-# The gate of the films, where their frames show it: pulled up by hand at a nearly constant acceleration, with its lower edge at
-# half the height of the fluid at time 0.
+# The gate of the films, where their frames show it: pulled up by hand at a nearly constant acceleration.
 GATE_ACCELERATION = 40.0  # m/s^2
 GATE_THICKNESS = 0.004    # m, of the collider: two cells of 2 mm
 GATE_LIFT = 0.09          # m, then it stays
 GATE_FRAMES = 12
+# m, of the gate's lower edge at time 0, where a film shows it; that is half the height of the fluid by the rule of the films of 2023.
+GATE_HEIGHTS = {"okonomiyaki_sauce_H46_W63": 0.005}
+BELOW_EYE = 0.8      # of the eye's height: what the gate carries above it throws no shadow on the floor
 
 
 class Film:
@@ -33,6 +35,7 @@ class Film:
         self.width, self.height = (float(header[key].split()[0]) for key in ("width", "height"))
         self.density = float(header["density"].split()[0])
         self.eye = numpy.array([float(word) for word in header["eye"].split()[:3]])
+        self.gate_height = GATE_HEIGHTS.get(name, 0.5 * self.height)
         # The gates look at frames 3 to 8, the last of the films of 2023; for longer films the last frame is their own.
         self.judged = (self.time > 2.5 / FRAMES) & (self.time < 8.5 / FRAMES)
 
@@ -64,19 +67,21 @@ def plan(film, flow, cell, stiffness=1.0, transfer="", key=None):
 
 
 def behind_gate(plan, film):
-    """The run of `plan` behind a gate that is pulled up as the films' was: the run begins when the gate leaves the floor."""
-    early = math.sqrt(film.height / GATE_ACCELERATION)
+    """The run of `plan` behind a gate that is pulled up as the films' was, and to which the fluid sticks as to the other walls: the
+    run begins when the gate leaves the floor. The domain has room for what the gate carries."""
+    early = math.sqrt(2.0 * film.gate_height / GATE_ACCELERATION)
     lifted = math.sqrt(2.0 * GATE_LIFT / GATE_ACCELERATION)
     wall = -plan.sets["colliders.wall.shape.lower"][1]
-    lines = ["", "[[colliders]]", 'name = "gate"', 'contact = "slip"',
+    lines = ["", "[[colliders]]", 'name = "gate"', 'contact = "sticky"',
              f'shape = {{ type = "box", lower = [{film.width}, {-wall}, 0.0], '
              f"upper = [{film.width + GATE_THICKNESS}, 0.03, {film.height + 0.02}] }}"]
     for step in range(GATE_FRAMES + 1):
         time = lifted * step / GATE_FRAMES
         lines += ["[[colliders.key_frames]]", f"time = {time!r}",
                   f"translation = [0.0, 0.0, {0.5 * GATE_ACCELERATION * time**2!r}]"]
-    sets = {**plan.sets, "time.end": plan.sets["time.end"] + early}
-    return replace(plan, key=f"{plan.key}, gate", sets=sets, facts={**plan.facts, "gate": True, "start": rounded(-early)},
+    x, y, z = plan.sets["domain.upper"]
+    sets = {**plan.sets, "time.end": plan.sets["time.end"] + early, "domain.upper": [x, y, z + GATE_LIFT]}
+    return replace(plan, key=f"{plan.key}, gate", sets=sets, facts={**plan.facts, "gate": "sticky", "start": rounded(-early)},
                    addition="\n".join(lines) + "\n")
 
 
@@ -91,6 +96,7 @@ def front(run, film, cell, start=0.0):
     half = 0.25 * cell
     found = {"time": [], "reach": [], "near_edge": []}
     for time, points in frames(run):
+        points = points[points[:, 2] < BELOW_EYE * film.eye[2]]
         mirrored = points * [1.0, -1.0, 1.0] + [0.0, WALLS, 0.0]
         thrown = shadow(numpy.concatenate([points, mirrored]), film.eye)
         beyond = thrown[:, 0] > film.width + 0.002
