@@ -21,7 +21,6 @@ GATE_LIFT = 0.09          # m, then it stays
 GATE_FRAMES = 12
 # m, of the gate's lower edge at time 0, where a film shows it; that is half the height of the fluid by the rule of the films of 2023.
 GATE_HEIGHTS = {"okonomiyaki_sauce_H46_W63": 0.005}
-BELOW_EYE = 0.8      # of the eye's height: what the gate carries above it throws no shadow on the floor
 
 
 class Film:
@@ -68,7 +67,7 @@ def plan(film, flow, cell, stiffness=1.0, transfer="", key=None):
 
 def behind_gate(plan, film):
     """The run of `plan` behind a gate that is pulled up as the films' was, and to which the fluid sticks as to the other walls: the
-    run begins when the gate leaves the floor. The domain has room for what the gate carries."""
+    run begins when the gate leaves the floor. The gate leaves the domain, and takes along what it carries."""
     early = math.sqrt(2.0 * film.gate_height / GATE_ACCELERATION)
     lifted = math.sqrt(2.0 * GATE_LIFT / GATE_ACCELERATION)
     wall = -plan.sets["colliders.wall.shape.lower"][1]
@@ -79,8 +78,7 @@ def behind_gate(plan, film):
         time = lifted * step / GATE_FRAMES
         lines += ["[[colliders.key_frames]]", f"time = {time!r}",
                   f"translation = [0.0, 0.0, {0.5 * GATE_ACCELERATION * time**2!r}]"]
-    x, y, z = plan.sets["domain.upper"]
-    sets = {**plan.sets, "time.end": plan.sets["time.end"] + early, "domain.upper": [x, y, z + GATE_LIFT]}
+    sets = {**plan.sets, "time.end": plan.sets["time.end"] + early}
     return replace(plan, key=f"{plan.key}, gate", sets=sets, facts={**plan.facts, "gate": "sticky", "start": rounded(-early)},
                    addition="\n".join(lines) + "\n")
 
@@ -96,7 +94,6 @@ def front(run, film, cell, start=0.0):
     half = 0.25 * cell
     found = {"time": [], "reach": [], "near_edge": []}
     for time, points in frames(run):
-        points = points[points[:, 2] < BELOW_EYE * film.eye[2]]
         mirrored = points * [1.0, -1.0, 1.0] + [0.0, WALLS, 0.0]
         thrown = shadow(numpy.concatenate([points, mirrored]), film.eye)
         beyond = thrown[:, 0] > film.width + 0.002
