@@ -67,14 +67,14 @@ class FilmedDams(Case):
         if not long:
             return [explicit_plan(box, COARSE) for box in SHORT_BOXES]
         cells = [explicit_plan(box, cell, 1.0, transfer) for cell in (COARSE, FINE, *FINEST) for box in BOXES for transfer in TRANSFERS]
-        gated = [explicit_plan(box, cell, 1.0, transfer, gate=True) for cell in (COARSE, FINE) for box in BOXES for transfer in TRANSFERS]
+        gated = [explicit_plan(box, cell, 1.0, transfer, gate=True) for cell in (COARSE, FINE, *FINEST) for box in BOXES for transfer in TRANSFERS]
         return cells + gated + [explicit_plan(STUDIED, FINE, 4.0, transfer) for transfer in TRANSFERS]
 
     def imex_plans(self, long):
         if not long:
             return [imex_plan(box, SHORT_IMEX) for box in SHORT_BOXES]
         cells = [imex_plan(box, cell, 1.0, transfer) for cell in (COARSE, FINE, *FINEST) for box in BOXES for transfer in TRANSFERS]
-        gated = [imex_plan(box, cell, 1.0, transfer, gate=True) for cell in (COARSE, FINE) for box in BOXES for transfer in TRANSFERS]
+        gated = [imex_plan(box, cell, 1.0, transfer, gate=True) for cell in (COARSE, FINE, *FINEST) for box in BOXES for transfer in TRANSFERS]
         limits = [imex_plan(STUDIED, COARSE, limits, transfer) for limits in LIMITS[1:] for transfer in TRANSFERS]
         return cells + gated + limits
 
@@ -248,7 +248,7 @@ class FilmedDams(Case):
                 finals = []
                 for box in BOXES:
                     film = films.Film(box)
-                    for cell in (COARSE, FINE):
+                    for cell in (COARSE, FINE, *FINEST):
                         record = of(records, box, cell, scheme, gate=True)
                         if record is None:
                             continue
