@@ -55,13 +55,10 @@ class FilmedDams(Case):
               "frames of "
               "billbearhunter/new_ViRheometry (commit 3c0cc92); flow curves from the rheometer files of the latter (commit "
               "f88fd12)")
-    missing = ("Surface tension (capillary length 2.5 mm, fronts 3 mm thick), thixotropy, the film of fluid that stays on "
-               "the walls and "
-               "on the gate, wall slip, and the gate itself, which is pulled up by hand at 1 to 3 m/s and leaves the floor "
-               "15 to 30 ms "
-               "before the films' stated time 0: but for the runs behind a gate, the simulation lets the fluid go at once. A simulation without them is "
-               "expected "
-               "to end a few per cent long in tall boxes. Runs behind a gate (below) have one that does not wet")
+    missing = ("Surface tension (capillary length 2.5 mm, fronts 3 mm thick), thixotropy, wall slip and, but for the runs behind a "
+               "gate (above), the gate, which is pulled up by hand at 1 to 3 m/s, leaves the floor 15 to 30 ms before the films' stated "
+               "time 0, and takes sauce along: without it the simulation lets the fluid go at once and is expected to end a few per cent "
+               "long in tall boxes")
 
     def plans(self, long):
         if not long:
