@@ -30,7 +30,7 @@ class CostMeter {
   /// `busiest_moves` particles, 0: not known.
   void after_change(double seconds, double rebuild, GlobalIndex busiest_moves);
 
-  const CostModel& steps() const { return steps_; }    ///< the same on every rank
+  const CostModel& steps() const { return steps_; }     ///< the same on every rank
   const ChangeCost& change() const { return change_; }  ///< as measured by this rank
   double check() const { return check_; }               ///< s, to count the particles of tiles and to decide; this rank's
 

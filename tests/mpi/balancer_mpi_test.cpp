@@ -135,7 +135,7 @@ TEST_F(BalancerTest, AutoBringsParticlesFromOneRankToAll) {
   EXPECT_GT(balancer.totals().seconds, 0.0);
 }
 
-// A rod flies along its axis through a box of three times its length. By given costs: with measured ones the machine would
+// A rod flies along its axis through a box of twice its length. By given costs: with measured ones the machine would
 // decide when a change of maps pays.
 TEST_F(BalancerTest, AFlyingRodIsFollowedByMovingFewParticles) {
   if (comm.size() < 8) return;  // few ranks have nearly all tiles at their borders
