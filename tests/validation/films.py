@@ -4,6 +4,7 @@ film."""
 import math
 from dataclasses import replace
 
+import h5py
 import numpy
 
 from comparison import Plan, frames, measured, rounded
@@ -14,6 +15,7 @@ SHIFTS = numpy.arange(-0.010, 0.0301, 0.001)  # s, shifts of time that are allow
 MARGIN = 0.035       # s, that runs go on after the film's last frame
 SOFTEST = 2.5e4      # Pa, bulk modulus of a box 2 cm high; in proportion to the height, which keeps the Mach number
 SAVED = 120.0        # frames of a run per second
+RATES = ("plastic_shear_rate", "volume_ratio", "reference_volume")  # fields that tell at which rates the law dissipates
 # The gate of the films, where their frames show it: pulled up by hand at a nearly constant acceleration.
 GATE_ACCELERATION = 40.0  # m/s^2
 GATE_THICKNESS = 0.004    # m, of the collider: two cells of 2 mm
@@ -101,6 +103,19 @@ def front(run, film, cell, start=0.0):
         found["reach"].append(thrown[:, 0].max() + half - film.width)
         found["near_edge"].append(thrown[beyond, 1].max() + half - WALLS if beyond.any() else -WALLS)
     return found
+
+
+def dissipated_above(run, flow, rate):
+    """Part of the law's dissipation at shear rates above `rate`, 1/s, by the frames of `run`, whose fields are RATES."""
+    yield_stress, consistency, index = flow
+    power = {False: 0.0, True: 0.0}  # W times the number of frames
+    for file in sorted(run.folder.glob("frame_*.h5")):
+        with h5py.File(file, "r") as data:
+            shear_rate, ratio, volume = (data["particles"][name][()].astype(float) for name in RATES)
+        of_particles = ratio * volume * (yield_stress + consistency * shear_rate**index) * shear_rate
+        for above in power:
+            power[above] += float(of_particles[(shear_rate > rate) == above].sum())
+    return power[True] / (power[True] + power[False])
 
 
 def simulated(film, record, shift=0.0):

@@ -78,7 +78,7 @@ class Study:
         self.compared = False  # whether a run on one rank has been compared
         self.quantities, self.remarks, self.plots, self.misses = [], [], [], []
 
-    def run(self, label, sets=None, ranks=None, limit=1500, scene=None, max_steps=None):
+    def run(self, label, sets=None, ranks=None, limit=3600, scene=None, max_steps=None):
         """Runs the scene with `sets` ({key path: value}) into the folder `label`, the short version on one rank: two cases side
         by side are done sooner than one on two ranks."""
         ranks = ranks or self.ranks
@@ -93,7 +93,7 @@ class Study:
         print(f"{self.name}: {label} on {ranks} ranks took {outcome.seconds:.1f} s", flush=True)
         return Run(self.work / label, outcome.seconds)
 
-    def run_on_both(self, label, sets=None, limit=1500, scene=None):
+    def run_on_both(self, label, sets=None, limit=3600, scene=None):
         """A run on one rank and on two, which must give the same bits. The short version compares the first COMPARED_STEPS of the
         first run of a case only, usually the coarsest, and returns a run on one rank."""
         steps = None if self.long else COMPARED_STEPS
