@@ -9,16 +9,14 @@ from study import Study
 PASTE = Layer(density=1000.0, yield_stress=10.0, consistency=0.1, index=2.0)
 LENGTH, WIDTH = 0.264, 0.576  # of the dam, of the domain
 THRESHOLD = 2e-3              # m/s: at rest, root mean square
+# The scene has the implicit pressure and water's modulus; long versions also have the explicit step with 80 times the pressure at the floor.
+SOFTENED = {"time.integrator": "explicit", "materials.paste.bulk_modulus": 32000.0}
 
 
 def lubrication(paste, volume, times):
     edges = numpy.linspace(0.0, WIDTH, 201)
     heights = numpy.clip((LENGTH - edges[:-1]) / (edges[1] - edges[0]), 0.0, 1.0) * volume / LENGTH
     return edges, paste.spread(edges, heights, times, second_order=True)
-
-
-# The scene has the implicit pressure and water's modulus; long versions also have the explicit step with 80 times the pressure at the floor.
-SOFTENED = {"time.integrator": "explicit", "materials.paste.bulk_modulus": 32000.0}
 
 
 def compare(study, cells, end, softened=False):

@@ -11,6 +11,8 @@ from study import Study
 PASTE = Layer(density=1000.0, yield_stress=10.0, consistency=0.05, index=2.0, angle=math.radians(3.0))
 LENGTH, HEIGHT, WIDTH = 0.24, 0.02, 0.48  # of the slug, of the domain
 THRESHOLD = 2e-3                          # m/s: at rest, root mean square
+# The scene has the implicit pressure and water's modulus; long versions also have the explicit step with 80 times the pressure at the floor.
+SOFTENED = {"time.integrator": "explicit", "materials.paste.bulk_modulus": 16000.0}
 
 
 def front_profile(paste, volume):
@@ -26,10 +28,6 @@ def front_profile(paste, volume):
     content = numpy.concatenate([[0.0], numpy.cumsum(0.5 * (height[1:] + height[:-1]) * numpy.diff(distance))])
     reach = numpy.interp(volume, content, distance)
     return reach, lambda x: numpy.where(x < reach, numpy.interp(reach - x, distance, height), 0.0)
-
-
-# The scene has the implicit pressure and water's modulus; long versions also have the explicit step with 80 times the pressure at the floor.
-SOFTENED = {"time.integrator": "explicit", "materials.paste.bulk_modulus": 16000.0}
 
 
 def compare(study, cells, end, softened=False):
