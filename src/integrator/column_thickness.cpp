@@ -27,11 +27,13 @@ double thickness_decile(const Comm& comm, const GridGeometry& grid, const Vec3& 
   const int n_a = cell_of(grid, a, upper[a]) - first_a + 1, n_b = cell_of(grid, b, upper[b]) - first_b + 1;
   std::vector<GlobalIndex> columns(static_cast<std::size_t>(n_a) * static_cast<std::size_t>(n_b), 0);
   const double scale = units_per_cell * std::pow(grid.inverse_cell_size(), 3);
+  const double *const at_a = particles.real(Field::position, a), *const at_b = particles.real(Field::position, b);
+  const double* const volume = particles.real(Field::reference_volume);
   for (LocalIndex p = 0; p < particles.size(); ++p) {
-    const int i = cell_of(grid, a, particles.real(Field::position, a)[p]) - first_a;
-    const int j = cell_of(grid, b, particles.real(Field::position, b)[p]) - first_b;
+    const int i = cell_of(grid, a, at_a[p]) - first_a;
+    const int j = cell_of(grid, b, at_b[p]) - first_b;
     columns[static_cast<std::size_t>(i) * static_cast<std::size_t>(n_b) + static_cast<std::size_t>(j)] +=
-        static_cast<GlobalIndex>(std::nearbyint(scale * particles.real(Field::reference_volume)[p]));
+        static_cast<GlobalIndex>(std::nearbyint(scale * volume[p]));
   }
   BULKLEY_MPI(MPI_Reduce(comm.is_root() ? MPI_IN_PLACE : columns.data(), columns.data(), static_cast<int>(columns.size()),
                          MPI_INT64_T, MPI_SUM, 0, comm.get()));

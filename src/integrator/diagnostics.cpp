@@ -1,13 +1,13 @@
 #include "integrator/diagnostics.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <variant>
+#include <vector>
 
-#include "kernel/bspline.hpp"
+#include "kernel/batch.hpp"
 #include "kernel/stress_update.hpp"
 #include "parallel/reproducible_sum.hpp"
 
@@ -30,37 +30,116 @@ enum Term {
   square_dilation,
   n_terms
 };
-using Terms = std::array<double, n_terms>;
 
-Terms terms_of(const Physics& physics, const ParticleSet& set, LocalIndex p) {
-  const double m = set.mass(p), volume = set.real(Field::reference_volume)[p];
-  const Vec3 x = set.vector(Field::position, p), v = set.vector(Field::velocity, p);
-  Vec3 spin = x.cross(v);
-  double affine_square = 0.0;
-  const double d = affine_inertia(physics.grid, physics.transfer);
-  if (d > 0.0) {
-    // B_p = C_p D_p; its axial part belongs to the angular momentum (Jiang et al. 2015).
-    auto b = [&](int r, int c) { return d * set.real(Field::affine_velocity, 3 * r + c)[p]; };
-    for (int c = 0; c < 9; ++c) affine_square += std::pow(set.real(Field::affine_velocity, c)[p], 2);
-    spin += Vec3(b(2, 1) - b(1, 2), b(0, 2) - b(2, 0), b(1, 0) - b(0, 1));
+// The terms of so many particles stay in the second-level cache until they are summed.
+constexpr int summed_at_once = 512;
+using Terms = double[n_terms][summed_at_once];
+
+// What the state of particles is made of, to be read a pack at a time.
+template <class Law>
+class StateColumns {
+ public:
+  StateColumns(const Law& law, const ParticleSet& particles)
+      : left_cauchy_green_(particles, Field::left_cauchy_green),
+        volume_ratio_(particles, Field::volume_ratio),
+        rest_(state_at_rest(law)) {
+    [[maybe_unused]] int k = 0;
+    for (const Field variable : Law::internal)
+      for (int c = 0; c < info(variable).n_components; ++c) internal_[k++] = particles.real(variable, c);
   }
-  const bool fluid_like = bulkley::flows(physics.materials[set.material()[p]].material);
-  Terms t{};
-  t[mass] = m;
+
+  /// Of n_lanes particles from `p` on; other lanes than `mine` have that of a particle at rest.
+  State<Pack, n_internal<Law>> of(LocalIndex p, PackMask mine) const {
+    State<Pack, n_internal<Law>> state;
+    for (int c = 0; c < 6; ++c)
+      state.left_cauchy_green.c[c] = select(mine, left_cauchy_green_(p, c), broadcast<Pack>(c < 3 ? 1.0 : 0.0));
+    state.volume_ratio = select(mine, volume_ratio_(p), broadcast<Pack>(1.0));
+    if constexpr (n_internal<Law> > 0)
+      for (int k = 0; k < n_internal<Law>; ++k)
+        state.internal[k] = select(mine, load(internal_[k] + p), broadcast<Pack>(rest_.internal[k]));
+    return state;
+  }
+
+ private:
+  FieldColumns<6> left_cauchy_green_;
+  FieldColumns<1> volume_ratio_;
+  State<double, n_internal<Law>> rest_;
+  const double* internal_[n_internal<Law> + 1] = {};
+};
+
+// elastic_energy of `size` particles from `first` on, and of what fills their last pack.
+void elastic_energies(const Physics& physics, const ParticleSet& particles, LocalIndex first, int size, double* energy) {
+  const FieldColumns<1> volume(particles, Field::reference_volume);
+  const std::uint8_t* const material = particles.material() + first;
+  const PackMask lane = lane_numbers();
+  for (std::size_t m = 0; m < physics.materials.size(); ++m) {
+    const VolumetricLaws& laws = physics.volumetric_laws;
+    const double* const stress = !laws.empty() && laws[m] ? particles.real(Field::cell_mean_stress) + first : nullptr;
+    std::visit(
+        [&](const auto& law) {
+          const StateColumns states(law, particles);
+          for (int i = 0; i < size; i += n_lanes) {
+            const PackMask mine = lanes_of_material(material + i, static_cast<std::uint8_t>(m), lane, size - i);
+            if (!any(mine)) continue;
+            Pack density = law.energy_density(states.of(first + i, mine));
+            if (stress) density += load(stress + i) * load(stress + i) / (2.0 * laws[m]->bulk_modulus);
+            store(energy + i, select(mine, volume(first + i) * density, load(energy + i)));
+          }
+        },
+        physics.materials[m].material);
+  }
+}
+
+// What does not change from block to block.
+struct Columns {
+  MassColumn masses;
+  FieldColumns<3> position, velocity;
+  FieldColumns<9> affine;
+  FieldColumns<1> ratio, dissipation, shear_rate;
+  MaterialColumn flows;
+
+  Columns(const ParticleSet& particles, const ByMaterial& whether_flows)
+      : masses(particles),
+        position(particles, Field::position),
+        velocity(particles, Field::velocity),
+        affine(particles, Field::affine_velocity),
+        ratio(particles, Field::volume_ratio),
+        dissipation(particles, Field::plastic_dissipation),
+        shear_rate(particles, Field::plastic_shear_rate),
+        flows(whether_flows, particles) {}
+};
+
+// All terms but the elastic energy, of n_lanes particles from `p` on, into place i. `inertia`: D of affine_inertia.
+void find_terms(const Columns& of, LocalIndex p, int i, double inertia, const Vec3& gravity, Terms& terms) {
+  const auto put = [&](int term, Pack value) { store(&terms[term][i], value); };
+  const Pack m = of.masses(p), volume = of.masses.volume(p), zero{};
+  Pack x[3], v[3], spin[3], affine_square = zero;
   for (int a = 0; a < 3; ++a) {
-    t[momentum + a] = m * v[a];
-    t[angular + a] = m * spin[a];
-    t[moment + a] = m * x[a];
+    x[a] = of.position(p, a);
+    v[a] = of.velocity(p, a);
   }
-  t[kinetic] = 0.5 * m * (v.squaredNorm() + d * affine_square);
-  t[elastic] = elastic_energy(physics, set, p);
-  t[potential] = -m * physics.gravity.dot(x);
-  t[dissipated] = volume * set.real(Field::plastic_dissipation)[p];
-  t[fluid] = fluid_like ? m : 0.0;
-  t[reference] = volume;
-  t[square_dilation] = volume * std::pow(set.real(Field::volume_ratio)[p] - 1.0, 2);
-  t[flowing] = fluid_like && set.real(Field::plastic_shear_rate)[p] > 0.0 ? m : 0.0;
-  return t;
+  for (int a = 0; a < 3; ++a) {
+    const int b = (a + 1) % 3, c = (a + 2) % 3;
+    spin[a] = x[b] * v[c] - x[c] * v[b];
+    // B_p = C_p D_p; its axial part belongs to the angular momentum (Jiang et al. 2015).
+    if (inertia > 0.0) spin[a] += inertia * of.affine(p, 3 * c + b) - inertia * of.affine(p, 3 * b + c);
+  }
+  if (inertia > 0.0)
+    for (int c = 0; c < 9; ++c) affine_square += of.affine(p, c) * of.affine(p, c);
+  put(mass, m);
+  for (int a = 0; a < 3; ++a) {
+    put(momentum + a, m * v[a]);
+    put(angular + a, m * spin[a]);
+    put(moment + a, m * x[a]);
+  }
+  put(kinetic, 0.5 * m * ((v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) + inertia * affine_square));
+  put(potential, -m * (gravity[0] * x[0] + gravity[1] * x[1] + gravity[2] * x[2]));
+  put(dissipated, volume * of.dissipation(p));
+  put(reference, volume);
+  const Pack dilation = of.ratio(p) - 1.0, fluid_like = m * of.flows(p);
+  put(square_dilation, volume * (dilation * dilation));
+  put(fluid, fluid_like);
+  put(flowing, select(of.shear_rate(p) > zero, fluid_like, zero));
 }
 
 }  // namespace
@@ -82,32 +161,48 @@ double affine_inertia(const GridGeometry& grid, const TransferSettings& transfer
 }
 
 Diagnostics diagnose(const Comm& comm, const Physics& physics, const ParticleSet& particles) {
+  std::vector<double> whether_flows;
+  for (const NamedMaterial& named : physics.materials) whether_flows.push_back(flows(named.material) ? 1.0 : 0.0);
+  const ByMaterial by_material(whether_flows);
+  const Columns columns(particles, by_material);
+  const double inertia = affine_inertia(physics.grid, physics.transfer);
   const LocalIndex n = particles.size();
-  std::vector<double> terms;  // a row a particle
-  terms.reserve(static_cast<std::size_t>(n) * n_terms);
-  // Maxima of |term|, then of +-position, in one reduction.
-  std::array<double, n_terms + 6> largest;
-  largest.fill(0.0);
-  std::fill(largest.begin() + n_terms, largest.end(), -std::numeric_limits<double>::infinity());
-  for (LocalIndex p = 0; p < n; ++p) {
-    const Terms row = terms_of(physics, particles, p);
-    terms.insert(terms.end(), row.begin(), row.end());
-    for (int k = 0; k < n_terms; ++k) largest[k] = std::max(largest[k], std::abs(row[k]));
-    for (int a = 0; a < 3; ++a) {
-      const double x = particles.real(Field::position, a)[p];
-      largest[n_terms + a] = std::max(largest[n_terms + a], x);
-      largest[n_terms + 3 + a] = std::max(largest[n_terms + 3 + a], -x);
+  std::array<BinnedSum, n_terms> sums;
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  const PackMask lane = lane_numbers();
+  Pack lower[3], upper[3];
+  for (int a = 0; a < 3; ++a) {
+    lower[a] = broadcast<Pack>(infinity);
+    upper[a] = broadcast<Pack>(-infinity);
+  }
+  alignas(64) Terms terms = {};
+  for (LocalIndex first = 0; first < n; first += summed_at_once) {
+    const int size = static_cast<int>(std::min<LocalIndex>(summed_at_once, n - first));
+    for (int i = 0; i < size; i += n_lanes) find_terms(columns, first + i, i, inertia, physics.gravity, terms);
+    elastic_energies(physics, particles, first, size, terms[elastic]);
+    for (std::size_t k = 0; k < n_terms; ++k) sums[k].add({terms[k], static_cast<std::size_t>(size)});
+    for (int i = 0; i < size; i += n_lanes)
+      for (int a = 0; a < 3; ++a) {
+        const Pack x = columns.position(first + i, a);
+        upper[a] = select((lane < size - i) & (x > upper[a]), x, upper[a]);
+        lower[a] = select((lane < size - i) & (x < lower[a]), x, lower[a]);
+      }
+  }
+  std::array<double, 6> furthest;  // of positions, then of their negatives
+  for (std::size_t a = 0; a < 3; ++a) {
+    furthest[a] = furthest[3 + a] = -infinity;
+    for (int i = 0; i < n_lanes; ++i) {
+      furthest[a] = std::max(furthest[a], upper[a][i]);
+      furthest[3 + a] = std::max(furthest[3 + a], -lower[a][i]);
     }
   }
-  BULKLEY_MPI(
-      MPI_Allreduce(MPI_IN_PLACE, largest.data(), static_cast<int>(largest.size()), MPI_DOUBLE, MPI_MAX, comm.get()));
-  const GlobalIndex n_global = sum_global(comm, n);
+  BULKLEY_MPI(MPI_Allreduce(MPI_IN_PLACE, furthest.data(), static_cast<int>(furthest.size()), MPI_DOUBLE, MPI_MAX, comm.get()));
+  merge_global(comm, sums);
 
-  const std::vector<double> sums = sums_within(comm, terms, {largest.data(), n_terms}, n_global);
-  auto sum = [&](int k) { return sums[static_cast<std::size_t>(k)]; };
-  auto vector = [&](int k) { return Vec3(sum(k), sum(k + 1), sum(k + 2)); };
+  const auto sum = [&](int k) { return sums[static_cast<std::size_t>(k)].value(); };
+  const auto vector = [&](int k) { return Vec3(sum(k), sum(k + 1), sum(k + 2)); };
   Diagnostics d;
-  d.n_particles = n_global;
+  d.n_particles = sum_global(comm, GlobalIndex{n});
   d.mass = sum(mass);
   d.momentum = vector(momentum);
   d.angular_momentum = vector(angular);
@@ -118,10 +213,10 @@ Diagnostics diagnose(const Comm& comm, const Physics& physics, const ParticleSet
   if (d.mass > 0.0) d.center_of_mass = vector(moment) / d.mass;
   if (sum(fluid) > 0.0) d.yielded_fraction = sum(flowing) / sum(fluid);
   if (sum(reference) > 0.0) d.volume_error = std::sqrt(sum(square_dilation) / sum(reference));
-  if (n_global > 0)
+  if (d.n_particles > 0)
     for (int a = 0; a < 3; ++a) {
-      d.upper[a] = largest[n_terms + a];
-      d.lower[a] = -largest[n_terms + 3 + a];
+      d.upper[a] = furthest[static_cast<std::size_t>(a)];
+      d.lower[a] = -furthest[static_cast<std::size_t>(a) + 3];
     }
   return d;
 }

@@ -15,7 +15,7 @@ double affine_inertia(const GridGeometry& grid, const TransferSettings& transfer
 /// What particle p stores, J: the energy of its law and, under an implicit pressure p, V p^2 / (2 kappa). Not collective.
 double elastic_energy(const Physics& physics, const ParticleSet& particles, LocalIndex p);
 
-/// The same bits on any number of ranks: sums are order-free to 2^-100 of the largest term, then rounded once. Collective.
+/// The same bits on any number of ranks: sums are BinnedSums, rounded once. One pass in blocks, without memory for each particle. Collective.
 Diagnostics diagnose(const Comm& comm, const Physics& physics, const ParticleSet& particles);
 
 }  // namespace bulkley

@@ -128,6 +128,21 @@ class MassColumn {
   FieldColumns<1> volume_;
 };
 
+/// {0, 1, ..., n_lanes - 1}.
+inline PackMask lane_numbers() {
+  PackMask lane{};
+  for (int i = 0; i < n_lanes; ++i) lane[i] = i;
+  return lane;
+}
+
+/// Lanes that hold a particle of this material; lanes from the `n_left`th on hold none. `lane`: lane_numbers.
+inline PackMask lanes_of_material(const std::uint8_t* material, std::uint8_t index, PackMask lane, LocalIndex n_left) {
+  using Bytes [[gnu::vector_size(n_lanes)]] = std::uint8_t;
+  Bytes bytes;
+  std::memcpy(&bytes, material, sizeof bytes);
+  return (__builtin_convertvector(bytes, PackMask) == index) & (lane < n_left);
+}
+
 /// Forces a product to be rounded, so that the compiler cannot fuse it into a following sum: base nodes must come out here
 /// exactly as GridGeometry::base_node gives them.
 inline void keep_rounded(Pack& value) {

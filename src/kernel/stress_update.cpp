@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <optional>
 #include <vector>
@@ -70,20 +69,6 @@ struct LaneExtremes {
     }
   }
 };
-
-// Lanes that hold a particle of this material; lanes past the end hold none.
-PackMask lanes_of_material(const std::uint8_t* material, std::uint8_t index, PackMask lane, LocalIndex n_left) {
-  using Bytes [[gnu::vector_size(n_lanes)]] = std::uint8_t;
-  Bytes bytes;
-  std::memcpy(&bytes, material, sizeof bytes);
-  return (__builtin_convertvector(bytes, PackMask) == index) & (lane < n_left);
-}
-
-PackMask lane_numbers() {
-  PackMask lane{};
-  for (int i = 0; i < n_lanes; ++i) lane[i] = i;
-  return lane;
-}
 
 // The columns of a law's internal variables, in the order of its state.
 template <class Law>

@@ -2,8 +2,7 @@
 
 #include <cstring>
 #include <type_traits>
-
-#include "base/order_free.hpp"
+#include <vector>
 
 namespace bulkley {
 
@@ -63,26 +62,6 @@ double reproducible_dot(const Comm& comm, std::span<const double> a, std::span<c
   sum.add_products(a, b);
   merge_global(comm, {&sum, 1});
   return sum.value();
-}
-
-// Each term is cut into a multiple of a coarse quantum and a multiple of a fine one; both sums are exact.
-std::vector<double> sums_within(const Comm& comm, std::span<const double> rows, std::span<const double> largest,
-                                GlobalIndex n_rows) {
-  const std::size_t n_columns = largest.size();
-  std::vector<double> slices(2 * n_columns, 0.0);
-  for (std::size_t k = 0; k < n_columns; ++k) {
-    const double count = static_cast<double>(n_rows) + 4.0;  // no addend is more than a quarter of the bound
-    const double bound = count * largest[k];
-    const double constants[2] = {rounding_constant(bound), rounding_constant(count * rounding_quantum(bound))};
-    double sums[2] = {};
-    for (std::size_t i = k; i < rows.size(); i += n_columns) add_slices(rows[i], constants, sums);
-    slices[2 * k] = sums[0];
-    slices[2 * k + 1] = sums[1];
-  }
-  BULKLEY_MPI(MPI_Allreduce(MPI_IN_PLACE, slices.data(), static_cast<int>(slices.size()), MPI_DOUBLE, MPI_SUM, comm.get()));
-  std::vector<double> result(n_columns);
-  for (std::size_t k = 0; k < n_columns; ++k) result[k] = slices[2 * k] + slices[2 * k + 1];
-  return result;
 }
 
 namespace {

@@ -3,13 +3,12 @@
 // (docs/theory.md, "Order-free sums").
 //
 //   reproducible_sum, _dot   numbers of any magnitudes, one reduction: scalars of solvers
-//   sums_within              columns whose largest magnitudes are known anyway: history.csv
+//   merge_global             BinnedSums that ranks have kept: history.csv
 //   sum_global (128 bits)    integers: the impulses on colliders, the momenta that rigid bodies share with nodes
 //
 // Nodal sums of a step have machinery of their own for their speed (kernel/p2g.hpp, kernel/scalar_deposit.hpp).
 
 #include <span>
-#include <vector>
 
 #include "base/binned_sum.hpp"
 #include "bulkley/parallel/comm.hpp"
@@ -28,12 +27,6 @@ void merge_global(const Comm& comm, std::span<BinnedSum> sums);
 /// Collective.
 double reproducible_sum(const Comm& comm, std::span<const double> values);
 double reproducible_dot(const Comm& comm, std::span<const double> a, std::span<const double> b);
-
-/// Sums over all ranks of the columns of `rows`, a row after the other: terms that are finite. `largest`: of |column|, over
-/// all ranks; so many columns. `n_rows`: of all ranks. Error: at most n^3 2^-107 of the largest, and one rounding.
-/// Pre-rounding in two levels (Demmel & Nguyen 2013); one reduction. Collective.
-std::vector<double> sums_within(const Comm& comm, std::span<const double> rows, std::span<const double> largest,
-                                GlobalIndex n_rows);
 
 /// The sums of all ranks. Exact. Precondition: made the same on every rank. Collective.
 ContactImpulses sum_global(const Comm& comm, const ContactImpulses& local);

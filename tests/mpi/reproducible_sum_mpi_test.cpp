@@ -117,30 +117,6 @@ TEST_F(ReproducibleSumTest, SeveralSumsTakeOneReduction) {
     EXPECT_EQ(bits(sums[n].value()), bits(reproducible_dot(self, all[n].a, all[n].b)));
 }
 
-// --- columns with known maxima ---------------------------------------------------------------------------------------
-
-TEST_F(ReproducibleSumTest, SumsWithinBoundsHaveTheSameBitsAndAreNearlyExact) {
-  const Pairs all = cases()[0];
-  double largest[2] = {};
-  for (std::size_t i = 0; i < all.a.size(); ++i) {
-    largest[0] = std::max(largest[0], std::abs(all.a[i]));
-    largest[1] = std::max(largest[1], std::abs(all.b[i]));
-  }
-  const auto rows = [](const Pairs& pairs) {
-    std::vector<double> flat;
-    for (std::size_t i = 0; i < pairs.a.size(); ++i) flat.insert(flat.end(), {pairs.a[i], pairs.b[i]});
-    return flat;
-  };
-  const auto n = static_cast<GlobalIndex>(all.a.size());
-  const std::vector<double> alone = sums_within(self, rows(all), largest, n);
-  for (unsigned seed = 0; seed < 5; ++seed) {
-    const std::vector<double> found = sums_within(comm, rows(share_of(all, seed)), largest, n);
-    for (int k = 0; k < 2; ++k) EXPECT_EQ(bits(found[k]), bits(alone[k]));
-  }
-  EXPECT_EQ(alone[0], reproducible_sum(self, all.a));
-  EXPECT_EQ(alone[1], reproducible_sum(self, all.b));
-}
-
 // --- impulses on colliders -------------------------------------------------------------------------------------------
 
 // Large, small and of both signs, so that carries run through all words.
