@@ -35,38 +35,6 @@ enum Term {
 constexpr int summed_at_once = 512;
 using Terms = double[n_terms][summed_at_once];
 
-// What the state of particles is made of, to be read a pack at a time.
-template <class Law>
-class StateColumns {
- public:
-  StateColumns(const Law& law, const ParticleSet& particles)
-      : left_cauchy_green_(particles, Field::left_cauchy_green),
-        volume_ratio_(particles, Field::volume_ratio),
-        rest_(state_at_rest(law)) {
-    [[maybe_unused]] int k = 0;
-    for (const Field variable : Law::internal)
-      for (int c = 0; c < info(variable).n_components; ++c) internal_[k++] = particles.real(variable, c);
-  }
-
-  /// Of n_lanes particles from `p` on; other lanes than `mine` have that of a particle at rest.
-  State<Pack, n_internal<Law>> of(LocalIndex p, PackMask mine) const {
-    State<Pack, n_internal<Law>> state;
-    for (int c = 0; c < 6; ++c)
-      state.left_cauchy_green.c[c] = select(mine, left_cauchy_green_(p, c), broadcast<Pack>(c < 3 ? 1.0 : 0.0));
-    state.volume_ratio = select(mine, volume_ratio_(p), broadcast<Pack>(1.0));
-    if constexpr (n_internal<Law> > 0)
-      for (int k = 0; k < n_internal<Law>; ++k)
-        state.internal[k] = select(mine, load(internal_[k] + p), broadcast<Pack>(rest_.internal[k]));
-    return state;
-  }
-
- private:
-  FieldColumns<6> left_cauchy_green_;
-  FieldColumns<1> volume_ratio_;
-  State<double, n_internal<Law>> rest_;
-  const double* internal_[n_internal<Law> + 1] = {};
-};
-
 // elastic_energy of `size` particles from `first` on, and of what fills their last pack.
 void elastic_energies(const Physics& physics, const ParticleSet& particles, LocalIndex first, int size, double* energy) {
   const FieldColumns<1> volume(particles, Field::reference_volume);

@@ -169,7 +169,7 @@ template <class Law>
   const FieldColumns<9> velocity_gradient(particles, gradient);
   const MutableColumns<6> left_cauchy_green(particles, Field::left_cauchy_green);
   const InternalColumns<Law> internal(particles);
-  const auto rest = state_at_rest(law);
+  const StateColumns states(law, particles);
   const MutableColumns<1> volume_ratio(particles, Field::volume_ratio);
   std::optional<MutableColumns<6>> kirchhoff_stress;
   if (particles.has(Field::kirchhoff_stress)) kirchhoff_stress.emplace(particles, Field::kirchhoff_stress);
@@ -196,7 +196,6 @@ template <class Law>
       plastic_dissipation.prefetch(p + prefetch_distance);
     }
 
-    // Other lanes compute a particle at rest: cheap, and free of their material's or the padding's numbers.
     Tensor<Pack> L;
     for (int c = 0; c < 9; ++c) L.c[c] = select(mine, velocity_gradient(p, c), zero);
     if (means.any()) {
@@ -204,10 +203,7 @@ template <class Law>
       const Pack change = select(mine, (1.0 / 3.0) * (means.of(&CellSums::dilation, p, own) - own), zero);
       for (int a = 0; a < 3; ++a) L(a, a) += change;
     }
-    State<Pack, n_internal<Law>> state;
-    for (int c = 0; c < 6; ++c)
-      state.left_cauchy_green.c[c] = select(mine, left_cauchy_green(p, c), broadcast<Pack>(c < 3 ? 1.0 : 0.0));
-    state.volume_ratio = select(mine, volume_ratio(p), broadcast<Pack>(1.0));
+    State<Pack, n_internal<Law>> state = states.of(p, mine);
     if (means.any()) {
       const Pack own = state.volume_ratio;
       state.volume_ratio += select(mine, means.relaxation * (means.of(&CellSums::ratio, p, own) - own), zero);
@@ -216,9 +212,6 @@ template <class Law>
       if (fullness)
         state.volume_ratio =
             select(mine, crowded(state.volume_ratio, load(fullness + (p - block.begin)), L, dt), state.volume_ratio);
-    if constexpr (internal.n > 0)
-      for (int k = 0; k < internal.n; ++k)
-        state.internal[k] = select(mine, load(internal.column[k] + p), broadcast<Pack>(rest.internal[k]));
 
     Tensor<Pack> f;
     for (int c = 0; c < 9; ++c) f.c[c] = L.c[c] * dt;

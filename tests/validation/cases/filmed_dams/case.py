@@ -34,8 +34,8 @@ SHORT = 0.30
 OF_PARTICLES_SAID = ' with `transfer.dilation = "particle"`, where a sheet of two or three cells locks'
 
 
-def flow_of(box, flows=None):
-    return (flows or FLOW)[box.rsplit("_", 2)[0]]
+def flow_of(box, flows=FLOW):
+    return flows[box.rsplit("_", 2)[0]]
 
 
 def explicit_plan(box, cell, stiffness=1.0, transfer="", gate=False):
