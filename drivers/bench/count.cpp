@@ -75,7 +75,8 @@ WorkTerm g2p_particles(const WorkCase& w) {
   double flops = 3 * 2 + (split(w) ? 3 * 4 : 0) + (5 + 17 + 6);  // x += dt v; the blend; norms of v and L and their use
   if (moments(w)) bytes += 9 * blind, flops += 3 + 9 * (2 + 1);  // C = (moments - distance v) / D
   if (bspline(w)) flops += 9;                                    // L, scaled; held for a block, in cache
-  if (both_residuals(w)) flops += 9 * (4 + 1 + 2 + 12 + 9 + 7) + 3 * 4;                       // (T9b); C is read in any case
+  // (T9b): q and v; L_0 and R; Q; t; W_0; C off its diagonal and on it, which is read in any case.
+  if (both_residuals(w)) flops += 3 * 4 + 9 * 5 + 36 + 31 + 6 + 3 * 34 + 3 * 9;
   return {"g2p, particles", bytes, flops};
 }
 

@@ -7,6 +7,7 @@
 #include <type_traits>
 
 #include "bulkley/base/error.hpp"
+#include "bulkley/base/tensor.hpp"
 #include "kernel/batch.hpp"
 #include "kernel/calm_tiles.hpp"
 
@@ -189,23 +190,34 @@ Motion motion_of(const Arguments<NodeType>& arg, int b, const Batch<order, NodeT
   return motion;
 }
 
-// The motion leaves the residual dt sym(L0^2) in a step, for the gradient of a moving field changes by -L L. `drift`: what
-// `residual` has of it, and no more; a particle whose field no other shares has no residual, and keeps its motion.
-void drift_of(const Pack (&before)[9], const Pack (&residual)[9], double dt, Pack (&drift)[9]) {
-  Pack square[9];
-  for (int r = 0; r < 3; ++r)
-    for (int c = 0; c < 3; ++c)
-      square[3 * r + c] = before[3 * r] * before[c] + before[3 * r + 1] * before[3 + c] + before[3 * r + 2] * before[6 + c];
-  for (int r = 0; r < 3; ++r)
-    for (int c = 0; c < 3; ++c) drift[3 * r + c] = 0.5 * (square[3 * r + c] + square[3 * c + r]);
-  const Pack zero = broadcast<Pack>(0.0);
-  Pack along = zero, norm = broadcast<Pack>(std::numeric_limits<double>::min());
-  for (int c = 0; c < 9; ++c) {
-    along += residual[c] * drift[c];
-    norm += drift[c] * drift[c];
+// The axes of an entry off the diagonal and of its mirror image, and the third axis.
+struct AxisPair {
+  int r, c, k;
+};
+constexpr AxisPair axis_pairs[] = {{0, 1, 2}, {0, 2, 1}, {1, 2, 0}};
+
+// sym(L L) of a row-major matrix.
+SymTensor<Pack> symmetric_square(const Pack (&l)[9]) {
+  SymTensor<Pack> square{l[0] * l[0], l[4] * l[4], l[8] * l[8]};
+#pragma GCC unroll 3
+  for (const auto [r, c, k] : axis_pairs) {
+    const Pack product = l[3 * r + c] * l[3 * c + r];
+    square.c[r] += product;
+    square.c[c] += product;
+    square.c[symmetric_index(r, c)] = 0.5 * ((l[3 * r + c] + l[3 * c + r]) * (l[4 * r] + l[4 * c]) +
+                                             (l[3 * r + k] * l[3 * k + c] + l[3 * c + k] * l[3 * k + r]));
   }
-  const Pack time = maximum(zero, minimum(along / norm, broadcast<Pack>(dt)));
-  for (int c = 0; c < 9; ++c) drift[c] = time * drift[c];
+  return square;
+}
+
+// The time t of (T9b). The motion leaves the residual dt Q, Q = sym(L0 L0), in a step, for the gradient of a moving field changes
+// by -L L. t Q is what `residual` has of it, and no more; a particle whose field no other shares has no residual, and keeps its motion.
+Pack time_of_drift(const Pack (&residual)[9], const SymTensor<Pack>& square, double dt) {
+  Pack along = residual[0] * square.c[0] + residual[4] * square.c[1] + residual[8] * square.c[2];
+#pragma GCC unroll 3
+  for (const auto [r, c, k] : axis_pairs) along += (residual[3 * r + c] + residual[3 * c + r]) * square(r, c);
+  const Pack norm = broadcast<Pack>(std::numeric_limits<double>::min()) + norm_squared(square);
+  return maximum(broadcast<Pack>(0.0), minimum(along / norm, broadcast<Pack>(dt)));
 }
 
 // The residuals of v_p and C_p that particles keep over the step, and what carries them with the flow (T9b). On entry `velocity`
@@ -215,42 +227,50 @@ void keep_residual(const Arguments<NodePair>& arg, int b, const Batch<order, Nod
                    Pack (&affine)[9], const Motion& motion) {
   const double inverse_dx = arg.frame.inverse_cell_size, inverse_moment = inverse_second_moment(order) * inverse_dx;
   const double share = arg.kept_share, dt = arg.dt;
-  Pack change[3], before[9], residual[9], spin[9];  // of velocity; L0 and its skew part; R
+  Pack change[3], q[3], before[9], residual[9];  // of velocity; q; L0; R
   load_rows(&batch.velocity[b][1], 2, change);
+#pragma GCC unroll 3
+  for (int r = 0; r < 3; ++r) {
+    q[r] = velocity[r] - (motion.velocity[r] - change[r]);
+    velocity[r] = motion.velocity[r] + share * q[r];
+  }
+#pragma GCC unroll 3
   for (int c = 0; c < 3; ++c) {
     Pack column[3];
     load_rows(&batch.moment[b][c][1], 6, column);
     const Pack distance = batch.distance[c][b / n_lanes] - 1.0;
-    for (int r = 0; r < 3; ++r)
+#pragma GCC unroll 3
+    for (int r = 0; r < 3; ++r) {
       before[3 * r + c] = motion.affine[3 * r + c] - (column[r] - distance * change[r]) * inverse_moment;
+      residual[3 * r + c] = affine[3 * r + c] - before[3 * r + c];
+    }
   }
-  Pack q[3];
-  for (int r = 0; r < 3; ++r) q[r] = velocity[r] - (motion.velocity[r] - change[r]);
-  for (int c = 0; c < 9; ++c) residual[c] = affine[c] - before[c];
-  for (int r = 0; r < 3; ++r)
-    for (int c = 0; c < 3; ++c) spin[3 * r + c] = 0.5 * (before[3 * r + c] - before[3 * c + r]);
-  Pack drift[9];  // symmetric: taken off R it leaves the spin, and so angular momentum, as it is
-  drift_of(before, residual, dt, drift);
-  // A = share R W0, of which the symmetric part is taken; B = share (R L0^T - q (S dv)^T / D), of which the skew part is.
-  const double inverse_d = inverse_moment * inverse_dx;
-  Pack turned[9], torque[9];
-  for (int r = 0; r < 3; ++r)
-    for (int c = 0; c < 3; ++c) {
-      Pack a = broadcast<Pack>(0.0), t = -inverse_d * q[r] * change[c];
-      for (int k = 0; k < 3; ++k) {
-        a += residual[3 * r + k] * spin[3 * k + c];
-        t += residual[3 * r + k] * before[3 * c + k];
-      }
-      turned[3 * r + c] = share * a;
-      torque[3 * r + c] = share * t;
-    }
+  // Symmetric: taken off R it leaves the spin, and so angular momentum, as it is.
+  const SymTensor<Pack> square = symmetric_square(before);
+  const Pack drift = share * time_of_drift(residual, square, dt);
+  const double inverse_d = inverse_moment * inverse_dx, half = 0.5 * dt * share;
+  Pack spin[9];  // W0, off its diagonal
+#pragma GCC unroll 3
+  for (const auto [r, c, k] : axis_pairs) {
+    spin[3 * r + c] = 0.5 * (before[3 * r + c] - before[3 * c + r]);
+    spin[3 * c + r] = -spin[3 * r + c];
+  }
+#pragma GCC unroll 3
+  for (const auto [r, c, k] : axis_pairs) {
+    // 2 sym(R W0) and 2 skew(R L0^T - q (S dv)^T / D)
+    const Pack turned = (residual[4 * r] - residual[4 * c]) * spin[3 * r + c] + residual[3 * r + k] * spin[3 * k + c] +
+                        residual[3 * c + k] * spin[3 * k + r];
+    Pack torque = inverse_d * (q[c] * change[r] - q[r] * change[c]);
+    for (int j = 0; j < 3; ++j) torque += residual[3 * r + j] * before[3 * c + j] - residual[3 * c + j] * before[3 * r + j];
+    const Pack both = -(drift * square(r, c) + half * turned);
+    affine[3 * r + c] = motion.affine[3 * r + c] + share * residual[3 * r + c] + (both + half * torque);
+    affine[3 * c + r] = motion.affine[3 * c + r] + share * residual[3 * c + r] + (both - half * torque);
+  }
+#pragma GCC unroll 3
   for (int r = 0; r < 3; ++r) {
-    velocity[r] = motion.velocity[r] + share * q[r];
-    for (int c = 0; c < 3; ++c) {
-      const int rc = 3 * r + c, cr = 3 * c + r;
-      affine[rc] = motion.affine[rc] + share * (residual[rc] - drift[rc]) +
-                   (0.5 * dt) * ((torque[rc] - torque[cr]) - (turned[rc] + turned[cr]));
-    }
+    const int c = (r + 1) % 3, k = (r + 2) % 3;
+    const Pack turned = residual[3 * r + c] * spin[3 * c + r] + residual[3 * r + k] * spin[3 * k + r];
+    affine[4 * r] = motion.affine[4 * r] + share * residual[4 * r] - (drift * square.c[r] + (dt * share) * turned);
   }
 }
 
