@@ -190,17 +190,12 @@ Motion motion_of(const Arguments<NodeType>& arg, int b, const Batch<order, NodeT
   return motion;
 }
 
-// The axes of an entry off the diagonal and of its mirror image, and the third axis.
-struct AxisPair {
-  int r, c, k;
-};
-constexpr AxisPair axis_pairs[] = {{0, 1, 2}, {0, 2, 1}, {1, 2, 0}};
-
 // sym(L L) of a row-major matrix.
 SymTensor<Pack> symmetric_square(const Pack (&l)[9]) {
   SymTensor<Pack> square{l[0] * l[0], l[4] * l[4], l[8] * l[8]};
 #pragma GCC unroll 3
-  for (const auto [r, c, k] : axis_pairs) {
+  for (int r = 0; r < 3; ++r) {
+    const int c = (r + 1) % 3, k = (r + 2) % 3;
     const Pack product = l[3 * r + c] * l[3 * c + r];
     square.c[r] += product;
     square.c[c] += product;
@@ -213,9 +208,12 @@ SymTensor<Pack> symmetric_square(const Pack (&l)[9]) {
 // The time t of (T9b). The motion leaves the residual dt Q, Q = sym(L0 L0), in a step, for the gradient of a moving field changes
 // by -L L. t Q is what `residual` has of it, and no more; a particle whose field no other shares has no residual, and keeps its motion.
 Pack time_of_drift(const Pack (&residual)[9], const SymTensor<Pack>& square, double dt) {
-  Pack along = residual[0] * square.c[0] + residual[4] * square.c[1] + residual[8] * square.c[2];
+  Pack along = broadcast<Pack>(0.0);
 #pragma GCC unroll 3
-  for (const auto [r, c, k] : axis_pairs) along += (residual[3 * r + c] + residual[3 * c + r]) * square(r, c);
+  for (int r = 0; r < 3; ++r) {
+    const int c = (r + 1) % 3;
+    along += residual[4 * r] * square.c[r] + (residual[3 * r + c] + residual[3 * c + r]) * square(r, c);
+  }
   const Pack norm = broadcast<Pack>(std::numeric_limits<double>::min()) + norm_squared(square);
   return maximum(broadcast<Pack>(0.0), minimum(along / norm, broadcast<Pack>(dt)));
 }
@@ -251,26 +249,24 @@ void keep_residual(const Arguments<NodePair>& arg, int b, const Batch<order, Nod
   const double inverse_d = inverse_moment * inverse_dx, half = 0.5 * dt * share;
   Pack spin[9];  // W0, off its diagonal
 #pragma GCC unroll 3
-  for (const auto [r, c, k] : axis_pairs) {
+  for (int r = 0; r < 3; ++r) {
+    const int c = (r + 1) % 3;
     spin[3 * r + c] = 0.5 * (before[3 * r + c] - before[3 * c + r]);
     spin[3 * c + r] = -spin[3 * r + c];
   }
 #pragma GCC unroll 3
-  for (const auto [r, c, k] : axis_pairs) {
-    // 2 sym(R W0) and 2 skew(R L0^T - q (S dv)^T / D)
+  for (int r = 0; r < 3; ++r) {
+    const int c = (r + 1) % 3, k = (r + 2) % 3;
+    // R W0 on the diagonal, 2 sym(R W0) and 2 skew(R L0^T - q (S dv)^T / D) beside it
+    const Pack along = residual[3 * r + c] * spin[3 * c + r] + residual[3 * r + k] * spin[3 * k + r];
     const Pack turned = (residual[4 * r] - residual[4 * c]) * spin[3 * r + c] + residual[3 * r + k] * spin[3 * k + c] +
                         residual[3 * c + k] * spin[3 * k + r];
     Pack torque = inverse_d * (q[c] * change[r] - q[r] * change[c]);
     for (int j = 0; j < 3; ++j) torque += residual[3 * r + j] * before[3 * c + j] - residual[3 * c + j] * before[3 * r + j];
     const Pack both = -(drift * square(r, c) + half * turned);
+    affine[4 * r] = motion.affine[4 * r] + share * residual[4 * r] - (drift * square.c[r] + (dt * share) * along);
     affine[3 * r + c] = motion.affine[3 * r + c] + share * residual[3 * r + c] + (both + half * torque);
     affine[3 * c + r] = motion.affine[3 * c + r] + share * residual[3 * c + r] + (both - half * torque);
-  }
-#pragma GCC unroll 3
-  for (int r = 0; r < 3; ++r) {
-    const int c = (r + 1) % 3, k = (r + 2) % 3;
-    const Pack turned = residual[3 * r + c] * spin[3 * c + r] + residual[3 * r + k] * spin[3 * k + r];
-    affine[4 * r] = motion.affine[4 * r] + share * residual[4 * r] - (drift * square.c[r] + (dt * share) * turned);
   }
 }
 
