@@ -73,7 +73,7 @@ TEST_F(SolverTest, ParticlesAreTheSameOnAnyNumberOfRanksUnderAnyPartition) {
 
 // Every law with its internal variables, which travel with the particles; and on from what a checkpoint would hold.
 TEST_F(SolverTest, AllLawsSideBySideAreTheSameOnAnyNumberOfRanksAndThroughARestart) {
-  for (const TransferSettings& transfer : {some_transfers()[0], some_transfers()[2]}) {
+  for (const TransferSettings& transfer : {some_transfers()[0], some_transfers()[2], some_transfers()[4]}) {
     SCOPED_TRACE(describe(transfer));
     SolverScene scene = every_law_scene(transfer);
     scene.physics.time_stepping = {};

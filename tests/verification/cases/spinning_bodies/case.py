@@ -42,7 +42,7 @@ def main():
             drawn[f"{name}, {0.1 / size:g} cells per radius"] = time / TURN, vectors[:, 2] / vectors[0, 2]
             if exact:
                 study.expect_at_most(f"change of the disk's angular momentum, {name}, {0.1 / size:g} cells per radius",
-                                     changes[-1], 1e-10)
+                                     changes[-1], 1e-12)
         text = " and ".join(f"{100 * c:.3g} %" for c in changes)
         if scheme == "pic":
             kept = drawn[f"PIC, {0.1 / sizes[-1]:g} cells per radius"][1][-1]
@@ -53,7 +53,7 @@ def main():
     for scheme, name in (("apic", "APIC"), ("moment_flip", "moment FLIP")):
         ellipsoid = study.run_on_both(f"ellipsoid_{scheme}", ELLIPSOID | {"time.end": turns * TURN, "transfer.scheme": scheme})
         study.expect_at_most(f"change of the tumbling ellipsoid's angular momentum, {name}",
-                             change(momentum(ellipsoid)[1]).max(), 1e-10)
+                             change(momentum(ellipsoid)[1]).max(), 1e-12)
 
     def draw(axes):
         for label, (time, ratio) in drawn.items():
