@@ -102,7 +102,7 @@ std::string energy_text(const RunView& view) {
   const EnergyFigures& e = view.figures.last;
   if (!has_rows(view)) return "not known yet";
   const double fallen = e.gravitational - view.figures.first.gravitational;
-  return fmt::format("kinetic {} J, elastic {} J, gravity {}{} J since the start, plastic dissipation {} J",
+  return fmt::format("kinetic {} J, elastic {} J, gravity {}{} J since the start, dissipated by the laws {} J",
                      number_text(e.kinetic), number_text(e.elastic), fallen > 0.0 ? "+" : "", number_text(fallen),
                      number_text(e.dissipated));
 }

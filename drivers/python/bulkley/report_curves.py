@@ -76,17 +76,22 @@ def extremes(x: np.ndarray, y: np.ndarray, end: float) -> np.ndarray:
 
 @dataclass
 class Source:
-    """A curve while the table is read: the sum of columns, less that of the first row if it is a change."""
+    """A curve while the table is read: the sum of columns, less that of the first row if it is a change. `unless`: a column;
+    rows where it is a number are left out."""
 
     name: str
     columns: list[str]
     curve: ThinnedCurve
     is_change: bool = False
+    unless: str = ""
     skips_first: bool = False
     start: float = 0.0
 
     def take(self, time: np.ndarray, table: dict[str, np.ndarray], is_first: bool) -> None:
-        value = sum(table.get(column, np.full(len(time), np.nan)) for column in self.columns)
+        unknown = np.full(len(time), np.nan)
+        value = sum(table.get(column, unknown) for column in self.columns)
+        if self.unless:
+            value = np.where(np.isfinite(table.get(self.unless, unknown)), np.nan, value)
         if is_first and self.is_change:
             self.start = value[0]
         begin = 1 if is_first and self.skips_first else 0
@@ -116,8 +121,10 @@ class Sheets:
                 source.take(time, table, is_first)
 
     def plots(self) -> list[Plot]:
+        """Curves without a point are left out; the others keep their colours."""
         for plot, sources in self.sheets:
-            plot.curves = [Curve(source.name, k, source.curve.x, source.curve.y) for k, source in enumerate(sources)]
+            plot.curves = [Curve(source.name, k, source.curve.x, source.curve.y) for k, source in enumerate(sources)
+                           if source.curve.n > 0]
         return [plot for plot, _ in self.sheets]
 
 
@@ -125,7 +132,9 @@ def lay_out_budget(sheets: Sheets, columns: list[str]) -> None:
     """Where the energy went, and what did work."""
     sheets.begin("Energy lost since the start", "[J]")
     sheets.curve("laws", "dissipated_energy [J]")
-    sheets.curve("to the grid, and time integration", "to_grid_and_integration_loss [J]")
+    sheets.curve("to the grid", "to_grid_loss [J]")
+    sheets.curve("time integration", "time_integration_loss [J]")
+    sheets.curve("to the grid, and time integration", "to_grid_and_integration_loss [J]", unless="to_grid_loss [J]")
     sheets.curve("back to the particles", "from_grid_loss [J]")
     sheets.curve("both transfers and time integration", "to_grid_and_integration_loss [J]", "from_grid_loss [J]")
     sheets.curve("removed particles", "removed_energy [J]")
@@ -148,7 +157,7 @@ def laid_out(end: float, columns: list[str]) -> Sheets:
     energies = [f"{name}_energy [J]" for name in ("kinetic", "elastic", "gravitational", "dissipated")]
     sheets = Sheets(end)
     sheets.begin("Energies", "[J]")
-    for name, column in zip(("kinetic", "elastic", "gravity, change", "plastic dissipation"), energies):
+    for name, column in zip(("kinetic", "elastic", "gravity, change", "dissipated by the laws"), energies):
         sheets.curve(name, column, is_change=name.endswith("change"))
     if "energy_residual [J]" in columns:
         lay_out_budget(sheets, columns)
