@@ -22,8 +22,8 @@ INTRODUCTION = """<!-- Written by tests/validation/report.py from the records of
 
 [Verification](verification.md) compares the program with solutions of its own equations. This page compares it with
 measurements: what a film or a gauge saw. No parameter is adjusted to an experiment. Tolerances were fixed before the runs
-were made, and a run that misses one is listed with the others. Cases are in `tests/validation/cases`, measured points with
-their sources in `tests/validation/measured`.
+were made, but those of the films behind a gate after runs of two boxes on 2 mm had been seen. A run that misses one is listed
+with the others. Cases are in `tests/validation/cases`, measured points with their sources in `tests/validation/measured`.
 
     ctest --test-dir build -L validation        # short versions with coarse cells and wider tolerances
     cluster/verify.sh --validation              # long versions: writes this page; hours on one core

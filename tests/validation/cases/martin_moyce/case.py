@@ -92,7 +92,8 @@ class MartinMoyce(Case):
                   "front over "
                   "1.43 <= T <= 3.33 is 1.319. Heights are compared to tau = 4.2. `imex` has the implicit pressure and "
                   "the bulk modulus of water, 2.2 GPa: with slip walls its column falls as the explicit one does, faster than the "
-                  "measured one.")
+                  "measured one. With a sticky floor, which has no gates of its own, the default transfer passes all three on 32 "
+                  "cells: +1.0 %, 0.086 and 0.017 with the explicit step, +0.9 %, 0.081 and 0.017 with `imex`, against 5 %, 0.1 and 0.02.")
         sheet.table(["transfer", "integrator", "cells over a", "floor", "slope", "shift of T", "largest miss of Z with it",
                      "largest miss of H",
                      "particles", "steps", "date", "commit"], rows)

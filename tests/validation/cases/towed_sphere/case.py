@@ -68,7 +68,10 @@ class TowedSphere(Case):
                            shrunk - MIDDLE,
                            GATE * (COARSE if sheet.short else 1.0))
         sheet.say(f"Plateau of F/(R^2 tau_y); Beris has {BERIS}, the correlation {ANSLEY}. A sticky collider acts "
-                  "up to a cell early: in the next column, which is the gated one, R is larger by half a cell.")
+                  "up to a cell early: in the next column, which is the gated one, R is larger by half a cell. The plateau is the mean over "
+                  "the last fifth of the way. With the explicit step on 8 cells, whose plateau has the gate, that is after the drag has "
+                  "fallen (below) from 54 to 45.6, with R + dx/2 from 48 to 40.4; both are within the gate. Runs with 10 cells over R "
+                  "were not made.")
         sheet.table(["transfer", "integrator", "cells over R", "speed", "F/(R^2 tau_y)", "with R + dx/2", "K (V/R)^n/tau_y", "particles",
                      "steps", "date",
                      "commit"], rows)
