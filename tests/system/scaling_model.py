@@ -53,7 +53,7 @@ def check_laws(module, path):
 
     # A node's bandwidth is shared by its ranks; the exchange is its bytes over the link's share and its messages.
     run = module.Run(laws, constants, 1e9, 1e4)
-    expect("a particle's time", run.per_particle, 1008 * 128 / 400e9)
+    expect("a particle's time", run.per_particle, 883 * 128 / 400e9)
     share = 1e9 / 480 / 1e4
     sent = BUSIEST * (FACE * share ** (2 / 3) + EDGE * share ** (1 / 3))
     expect("the exchange", run.exchange, sent * 128 / 25e9 + 10 * 2e-6)

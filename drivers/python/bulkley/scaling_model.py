@@ -33,7 +33,7 @@ CONSTANTS = [
     ("root-receive", 3e-6, "s", "that the root takes for each rank's message when it gathers"),
 
     ("particle-time", 150e-9, "s", "of a particle and step on a core by itself (bulkley bench; cream, moment FLIP)"),
-    ("particle-traffic", 1008, "B", "to and from memory for each particle and step (docs/performance.md)"),
+    ("particle-traffic", 883, "B", "to and from memory for each particle and step (docs/performance.md)"),
     ("particle-bytes", 255, "B", "of memory for each particle, nodes included (docs/performance.md)"),
     ("migrant-bytes", 209, "B", "of a particle that changes rank"),
     ("rebuild-time", 40e-9, "s", "of a rank's rebuild, for each of its particles"),
