@@ -68,7 +68,7 @@ class Suite {
  private:
   void add(Row row);
   void sizes_of(const std::string& material);
-  std::string floor_of(const BenchCase& what, const BenchResult& result, Json& details) const;
+  Row bytes_row(const BoundedCase& c, const BenchCase& what, const BenchResult& result, Json& details) const;
   Row child_row(const std::string& part, const std::string& name, int n_ranks, const std::string& material, GlobalIndex n,
                 int n_steps, const std::function<void(const Json& json, Row& row)>& read,
                 IntegratorKind integrator = IntegratorKind::explicit_step) const;
@@ -104,8 +104,8 @@ void Suite::floor() {
        .unit = "Gflop/s"});
 }
 
-// The floor of a case and the step's distance from it, as a clause; the count goes to `details`.
-std::string Suite::floor_of(const BenchCase& what, const BenchResult& result, Json& details) const {
+// How near a case comes to what its bytes take at the triad's rate; the count goes to `details`.
+Row Suite::bytes_row(const BoundedCase& c, const BenchCase& what, const BenchResult& result, Json& details) const {
   const Scene scene = bench_scene(what);
   const bool flows = std::holds_alternative<HerschelBulkley>(scene.materials.front().material);
   const bool shares = !sharing_materials(scene).empty();
@@ -127,8 +127,12 @@ std::string Suite::floor_of(const BenchCase& what, const BenchResult& result, Js
   details["step_over_floor"] = rounded(result.ns / bound);
   details["step_over_sum"] = rounded(result.ns / sum);
   details["count"] = std::move(terms);
-  return fmt::format("{:.0f} B in {:.1f} ns, {:.0f} flops in {:.1f} ns: step is {:.2f} x the larger, {:.2f} x their sum",
-                     bytes, memory_ns, flops, flops_ns, result.ns / bound, result.ns / sum);
+  return {.part = "cases",
+          .name = fmt::format("{}: time of its bytes", c.name),
+          .value = memory_ns / result.ns,
+          .unit = "of step",
+          .note = fmt::format("{:.0f} B in {:.1f} ns, {:.0f} flops in {:.1f} ns: step is {:.2f} x the larger, {:.2f} x their sum",
+                              bytes, memory_ns, flops, flops_ns, result.ns / bound, result.ns / sum)};
 }
 
 void Suite::all_cases() {
@@ -136,7 +140,7 @@ void Suite::all_cases() {
     const BenchCase what{usual_size(), c.material, c.transfer, {1, 1, 1}};
     const BenchResult result = run_bench(comm_, what, {n_rounds() * block_steps, true, false});
     Json details = describe(what, result);
-    const std::string floor = floor_of(what, result, details);
+    Row bytes = bytes_row(c, what, result, details);
     std::string phases;
     for (const auto& [name, ns] : result.phases)
       if (ns >= 0.05) phases += fmt::format("{}{} {:.1f}", phases.empty() ? "" : ", ", name, ns);
@@ -148,7 +152,7 @@ void Suite::all_cases() {
          .note = fmt::format("{:.1f} ns, naive {:.1f}: {}; {:.0f} % yield, Ma {:.2f}", result.ns, result.naive_ns, phases,
                              100.0 * result.yielded_fraction, result.mach_number),
          .details = std::move(details)});
-    log_line(comm_, fmt::format("{:<8}floor: {}", "", floor));
+    add(std::move(bytes));
   }
 }
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """No figure of `bulkley bench --suite --small` is more than a quarter beyond its bound.
 
-The bounds are the program's own (drivers/bench_bounds.hpp). Ratios are of blocks timed in turn, so a slow machine does not
+The bounds are the program's own (drivers/bench/bounds.hpp). Ratios are of blocks timed in turn, so a slow machine does not
 matter, but a neighbour that comes or goes within a block does. It can only be unlucky, not lucky, several times in a row for
 the same figure, so the parts with a figure beyond its bound are measured again, and the best of three attempts counts.
 
