@@ -166,9 +166,11 @@ std::string losses_text(const RunView& view) {
   for (const auto& [name, loss] : a.contact_losses) add("contact " + name, loss);
   if (std::isfinite(a.to_grid)) {
     add("transfers", a.to_grid + a.from_grid);
+    text += fmt::format(": {} to the grid, {} from it", number_text(a.to_grid), number_text(a.from_grid));
     add("time integration", a.time_integration);
   } else {
     add("transfers and time integration", a.to_grid_and_integration + a.from_grid);
+    text += fmt::format(": {} from the grid", number_text(a.from_grid));
   }
   add("removed particles", a.removed);
   add("still kinetic", f.last.kinetic);

@@ -217,11 +217,7 @@ TEST_F(SolverTest, RejectedStepsLeaveNoTraceInTheParticles) {
 TEST_F(SolverTest, TheRunIsThatOfItsAcceptedSteps) {
   for (const TransferSettings& transfer : some_transfers()) {
     SCOPED_TRACE(describe(transfer));
-    SolverScene scene = contact_scene(transfer);
-    scene.physics.time_stepping = {};
-    scene.physics.time_stepping.trial_interval = 2;
-    scene.physics.time_stepping.growth = 2.0;
-    scene.physics.time_stepping.deformation_limit = 2e-3;
+    const SolverScene scene = judged_scene(transfer);
     const Partition partition = partition_of(comm, scene, PartitionMethod::ranges);
     const auto judged = solver_of(comm, scene, partition);
     TimeStepState state;

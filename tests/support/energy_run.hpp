@@ -58,13 +58,15 @@ class EnergyBudgetTest : public testing::Test {
   struct Ran {
     std::vector<std::int64_t> words;
     EnergyAccount account;
+    std::vector<double> steps;  // s, their lengths
     GlobalIndex n_rejected = 0;
     double lost_mass = 0.0;  // kg, through outflow faces
     double distance = 0.0;   // m, of the centre of mass along x
     Vec3 momentum = Vec3::Zero();  // kg m/s, gained
     ParticleSet particles;
   };
-  static Ran run(const Comm& on, const SolverScene& scene, int n_steps) {
+  // Steps of no more than what is `handed` to each, or than 1 s.
+  static Ran run(const Comm& on, const SolverScene& scene, int n_steps, const std::vector<double>& handed = {}) {
     const auto solver = solver_on(on, scene);
     const Diagnostics first = diagnosed(on, *solver);
     const EnergyStart start{first.kinetic_energy, first.elastic_energy, first.dissipated_energy};
@@ -72,8 +74,10 @@ class EnergyBudgetTest : public testing::Test {
     Ran ran;
     double time = 0.0;
     for (int step = 0; step < n_steps; ++step) {
-      const StepReport report = solver->step({time, 1.0}, state);
+      const double longest = handed.empty() ? 1.0 : handed[static_cast<std::size_t>(step)];
+      const StepReport report = solver->step({time, longest}, state);
       time += report.plan.dt;
+      ran.steps.push_back(report.plan.dt);
       ran.n_rejected += report.n_rejected;
       const Diagnostics now = diagnosed(on, *solver);
       ran.distance += report.plan.dt * now.momentum[0] / now.mass;

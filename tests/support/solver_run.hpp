@@ -90,6 +90,16 @@ inline SolverScene contact_scene(const TransferSettings& transfer) {
   return scene;
 }
 
+/// The same under an adaptive step that is tried twice as long every other time, and rejected where it deforms too much.
+inline SolverScene judged_scene(const TransferSettings& transfer) {
+  SolverScene scene = contact_scene(transfer);
+  scene.physics.time_stepping = {};
+  scene.physics.time_stepping.trial_interval = 2;
+  scene.physics.time_stepping.growth = 2.0;
+  scene.physics.time_stepping.deformation_limit = 2e-3;
+  return scene;
+}
+
 /// A solid and a fluid block that meet across the edges of a box whose axes, or some of them, are periodic.
 inline SolverScene periodic_scene(const TransferSettings& transfer, const Int3& n_cells,
                                   const std::array<bool, 3>& periodic) {

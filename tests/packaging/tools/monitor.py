@@ -142,6 +142,7 @@ class Monitor:
                      "checkpoint_0000"):
             expect(word in page.text, f"finished: the page lacks '{word}'")
         self.check_curve(source, kinetic)
+        self.check_losses(rows[-1])
 
     def check_curve(self, source, kinetic):
         """Heights of the curve, taken back through the axis, are the values of the table."""
@@ -153,6 +154,15 @@ class Monitor:
         scale = (heights[low] - heights[high]) / (kinetic[high] - kinetic[low])
         worst = max(abs(heights[high] + scale * (kinetic[high] - value) - y) for value, y in zip(kinetic, heights))
         expect(worst < 0.3, f"the curve of kinetic energy is {worst} off")
+
+    def check_losses(self, last):
+        """What `status` says of the transfers is what the last row of the table has, each pass apart."""
+        line = re.search(r"went to +(.*)", self.ask("status", "finished"))[1]
+        told = re.search(r"transfers (\S+) J \(\S+ %\): (\S+) to the grid, (\S+) from it, time integration (\S+) J", line)
+        to_grid, from_grid = float(last["to_grid_loss [J]"]), float(last["from_grid_loss [J]"])
+        wanted = to_grid + from_grid, to_grid, from_grid, float(last["time_integration_loss [J]"])
+        expect(told and from_grid != 0.0 and all(abs(float(text) - number) <= 0.01 * abs(number)
+                                                 for text, number in zip(told.groups(), wanted)), f"finished: {line} for {wanted}")
 
     def without_python(self):
         """No page, and a sentence that tells why; the summary of `status` needs no Python."""
