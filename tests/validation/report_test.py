@@ -46,6 +46,26 @@ class Committed(unittest.TestCase):
             self.assertRegex(file.read_text(encoding="utf-8"), r"(?m)^# .*(github|doi|own computation)", file.name)
 
 
+class SoftBall(unittest.TestCase):
+    """What the case of the soft ball computes beside Hertz's theory."""
+    ball = report.load_module(FOLDER / "cases", "hertz_ball")
+
+    def test_without_the_correction_it_is_hertz(self):
+        table = comparison.measured("hertz_impact")[0]
+        window, travel = self.ball.hertz_window()
+        for k, speed in enumerate(table["speed_m_per_s"]):
+            force, time, way = self.ball.impact(speed, 0.0)
+            self.assertAlmostEqual(force / table["largest_force_N"][k], 1.0, delta=1e-3)
+            self.assertAlmostEqual(time / (window * table["deepest_m"][k] / speed), 1.0, delta=1e-3)
+            self.assertAlmostEqual(way / (travel * table["deepest_m"][k]), 1.0, delta=1e-3)
+
+    def test_a_narrow_contact_is_that_on_a_half_space(self):
+        """The half-space gives way by 0.75 (1 - nu^2) F/(E a): of that, no more than a constant must be missing."""
+        wide, narrow = self.ball.finite_size(0.1), self.ball.finite_size(0.02)
+        self.assertLess(abs(narrow - wide), 1e-3 * 0.75 * (1.0 - 0.45**2) / 0.02)
+        self.assertAlmostEqual(wide, -0.35, delta=0.02)  # finite elements, with the pressure along the axis: -0.356
+
+
 class MadeUp(comparison.Case):
     name, title, source, missing = "apple", "Apple", "made up", "Everything"
 

@@ -10,11 +10,12 @@ import numpy
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 from comparison import TRANSFERS, Case, Plan, main, measured, schemes_of  # noqa: E402
 
-RADIUS = 0.025
+RADIUS, DENSITY, YOUNG, POISSON = 0.025, 1000.0, 5e4, 0.45
 SHARE = 0.02  # of the largest force: below, there is no contact
 TIME, FORCE, DEPTH, RESTITUTION = 0.03, 0.05, 0.05, 0.05  # gates, fixed beforehand; the last is 1 - restitution
 JUDGED = (0.2,)   # m/s; slower impacts are less than a cell deep with the cells of the gates, faster ones too deep for Hertz
 FINE = 32         # cells over the radius, of the gates
+FINEST = 48       # of one run, to see where finer cells lead
 COARSE = 3.0      # the gates of the short version, 16 cells over the radius, over those of the long one
 
 
@@ -24,6 +25,50 @@ def hertz_window():
     angle = numpy.linspace(math.asin(low**1.25), math.pi / 2, 20001)  # x^(5/4) = sin: no singularity at the end
     slope = 0.8 * numpy.sin(angle)**-0.2
     return 2.0 * float(numpy.sum(0.5 * (slope[1:] + slope[:-1]) * numpy.diff(angle))), 1.0 - low
+
+
+def finite_size(width):
+    """c of `(F/k)^(2/3) + c F/(E R)`, by which the centre of mass of an elastic sphere of radius R approaches the pole at which a plane presses,
+    k = 4/3 E* R^(1/2): the first term is Hertz's, for a half-space. Linear elasticity of the whole sphere, held by its own inertia, under Hertz's
+    pressure on a circle of radius `width` R, in spherical harmonics (Lur'e 1964); E = R = 1. With POISSON c hardly depends on `width`."""
+    nu = POISSON
+    points, weights = numpy.polynomial.legendre.leggauss(400)
+    angle = 0.25 * math.pi * (points + 1.0)  # from the middle of the circle to its edge, where the slope of the pressure is infinite
+    sine = width * numpy.sin(angle)
+    cosine = numpy.sqrt(1.0 - sine**2)
+    pressed = 0.25 * math.pi * weights * numpy.cos(angle) * width * numpy.cos(angle) / cosine * sine  # p sin(theta) d(theta)
+    previous, current, approach = numpy.zeros_like(cosine), numpy.ones_like(cosine), 0.0
+    for n in range(20000):
+        pressure = 0.5 * (2 * n + 1) * pressed @ current
+        if n == 1:  # against inertia: a pressure that grows linearly through the sphere
+            approach += 0.6 * (1.0 - 2.0 * nu) * pressure
+        else:
+            held = n * (n * n + 2 * n - 1 + 2 * nu) / (n - 1) if n else 0.0
+            approach += pressure * (1 + nu) * (held - (n + 1) * (n - 2 + 4 * nu)) / (2 * (n * n + n + 1 + nu * (2 * n + 1)))
+        previous, current = current, ((2 * n + 1) * cosine * current - n * previous) / (n + 1)
+    return (approach - 0.5 * math.pi * width * (1.0 - nu**2)) / (2.0 * math.pi * pressed @ cosine)
+
+
+def loading(speed, c):
+    """Time, s, force, N, and approach, m, from the first touch to the largest force, if the centre of mass approaches as `finite_size` says."""
+    mass, stiffness = DENSITY * 4.0 / 3.0 * math.pi * RADIUS**3, 4.0 / 3.0 * YOUNG / (1.0 - POISSON**2) * math.sqrt(RADIUS)
+    depth = (1.25 * mass * speed**2 / stiffness)**0.4
+    force = numpy.linspace(0.0, 2.0 * stiffness * depth**1.5, 400001)
+    approach = (force / stiffness)**(2.0 / 3.0) + c * force / (YOUNG * RADIUS)
+    step = numpy.diff(approach)
+    work = numpy.concatenate([[0.0], numpy.cumsum(0.5 * (force[1:] + force[:-1]) * step)])
+    last = int(numpy.searchsorted(work, 0.5 * mass * speed**2)) - 1  # here it all but rests
+    slowing = numpy.sqrt(speed**2 - 2.0 * work[:last] / mass)
+    time = numpy.concatenate([[0.0], numpy.cumsum(2.0 * step[:last - 1] / (slowing[1:] + slowing[:-1])), [0.0]])
+    time[-1] = time[-2] + slowing[-1] * mass / force[last]
+    return time, force[:last + 1], approach[:last + 1]
+
+
+def impact(speed, c):
+    """Largest force, N, contact time, s, and travel, m, both while the force is above SHARE of that, by `loading`."""
+    time, force, approach = loading(speed, c)
+    first = int(numpy.searchsorted(force, SHARE * force[-1]))
+    return force[-1], 2.0 * (time[-1] - time[first]), approach[-1] - approach[first]
 
 
 class HertzBall(Case):
@@ -47,8 +92,8 @@ class HertzBall(Case):
             return Plan(f"{speed:g} m per s, {cells} cells", sets, {"cells": cells, "speed": speed, "row": row}, transfer)
         if not long:
             return [plan(16, 0.2)]
-        return [plan(cells, speed, transfer) for cells in (8, 16, FINE) for speed in (0.1, 0.2, 0.4, 0.8)
-                for transfer in TRANSFERS]
+        return [plan(FINEST, JUDGED[0])] + [plan(cells, speed, transfer) for cells in (8, 16, FINE) for speed in (0.1, 0.2, 0.4, 0.8)
+                                            for transfer in TRANSFERS]
 
     def measure(self, run, plan):
         history = run.history()
@@ -67,7 +112,6 @@ class HertzBall(Case):
         schemes = schemes_of(records)
         table = measured("hertz_impact")[0]
         window, travel = hertz_window()
-        finest = max(record["cells"] for record in records.values() if record["transfer"] == schemes[0])
         rows = []
         for record in sorted(records.values(), key=lambda r: (schemes.index(r["transfer"]), r["speed"], r["cells"])):
             k = record["row"]
@@ -79,37 +123,56 @@ class HertzBall(Case):
             rows.append([record["transfer"], f"{speed:g} m/s", record["cells"], f"{depth * record['cells'] / RADIUS:.2f}",
                          *(f"{100 * error:+.1f} %" for error, _ in errors.values()), record["particles"], record["steps"],
                          record["date"].split()[0], record["commit"]])
-            if record["transfer"] == schemes[0] and speed in JUDGED and (sheet.short or record["cells"] == finest):
+            if record["transfer"] == schemes[0] and speed in JUDGED and (sheet.short or record["cells"] == FINE):
                 for quantity, (error, tolerance) in errors.items():
                     sheet.gate(f"{quantity}, {speed:g} m/s, {record['cells']} cells over the radius", error,
                                tolerance * (COARSE if sheet.short else 1.0))
         sheet.say(f"Contact is where the force is above {100 * SHARE:g} % of its peak, in the simulation as in the theory; "
                   f"depth is how far "
-                  "the centre of mass travels from there. The force is the change of the momentum. "
-                  "Hertz's theory is exact for small depth: d/R is 0.05 at 0.1 m/s, 0.09 at 0.2 m/s, 0.16 and 0.28 at the faster ones.")
+                  "the centre of mass travels from there. The force is the change of the momentum.")
         sheet.table(["transfer", "speed", "cells over R", "depth in cells", "contact time", "force", "depth",
                      "loss of speed", "particles",
                      "steps", "date", "commit"], rows)
 
+        beyond = []
+        for speed in sorted({record["speed"] for record in records.values()}):
+            k = list(table["speed_m_per_s"]).index(speed)
+            depth = table["deepest_m"][k]
+            c = finite_size(math.sqrt(depth / RADIUS))
+            with_it, without = impact(speed, c), impact(speed, 0.0)
+            coarse, fine = sorted((r for r in records.values() if r["transfer"] == schemes[0] and r["speed"] == speed), key=lambda r: r["cells"])[-2:]
+            ahead = coarse["cells"] / (fine["cells"] - coarse["cells"])
+            found = [fine[name] for name in ("force", "contact_time", "travel")]
+            line = [(1.0 + ahead) * fine[name] - ahead * coarse[name] for name in ("force", "contact_time", "travel")]
+            beyond.append([f"{speed:g} m/s", f"{depth / RADIUS:.2f}", f"{c:.2f}", *(f"{100 * (a / b - 1):+.1f} %" for a, b in zip(with_it, without)),
+                           fine["cells"], *(f"{100 * (a / b - 1):+.1f} %" for a, b in zip([*found, *line], [*without, *without]))])
+        sheet.say("Hertz's theory takes the ball for a half-space. But it is round and held by its own inertia: by linear elasticity its centre of "
+                  "mass approaches the plane by `(F/k)^(2/3) + c F/(E R)`, `k = 4/3 E* sqrt(R)`, where Hertz has the first term alone (`finite_size` in "
+                  "`case.py` computes c). What that adds falls with the root of the depth only, and is 9 % of the force at d/R = 0.03 still: "
+                  "all impacts here are too deep for Hertz by more than the gates, which were fixed before this was known and stay. The runs approach that theory "
+                  "with finer cells, the shallow ones most; in deep ones strains are no longer small. Against Hertz, the last three columns on a straight line "
+                  "through the two finest cells, to cells of no size:")
+        sheet.table(["speed", "d/R", "c", "theory: force", "contact time", "depth", "cells over R", "run: force", "contact time", "depth",
+                     "no cells: force", "contact time", "depth"], beyond)
+
         def draw(axes):
-            for axis, speed in zip(axes, (0.2, 0.4)):
+            for axis, speed in zip(axes, (0.1, 0.2)):
                 k = list(table["speed_m_per_s"]).index(speed)
-                depth, peak = table["deepest_m"][k], table["largest_force_N"][k]
-                x = numpy.sin(numpy.linspace(0.0, math.pi / 2, 400))**0.8
-                angle = numpy.linspace(0.0, math.pi / 2, 400)
-                slope = 0.8 * numpy.sin(0.5 * (angle[1:] + angle[:-1]))**-0.2
-                passed = numpy.concatenate([[0.0], numpy.cumsum(slope * numpy.diff(angle))]) * depth / speed
-                axis.plot(1e3 * numpy.concatenate([passed, 2 * passed[-1] - passed[::-1]]),
-                          numpy.concatenate([x, x[::-1]])**1.5 * peak,
-                          "k-", lw=2.5, alpha=0.5, label="Hertz")
+                depth = table["deepest_m"][k]
+                for c, style in ((0.0, {"lw": 2.5, "color": "0.5", "label": "Hertz"}),
+                                 (finite_size(math.sqrt(depth / RADIUS)), {"lw": 1.5, "color": "0.7", "label": "a ball of finite size"})):
+                    time, force, _ = loading(speed, c)
+                    every = slice(None, None, 500)
+                    axis.plot(1e3 * numpy.concatenate([time[every], 2 * time[-1] - time[every][::-1]]),
+                              numpy.concatenate([force[every], force[every][::-1]]), **style)
                 for record in records.values():
                     if record["speed"] == speed:
                         axis.plot(1e3 * numpy.array(record["curve_time"]), record["curve_force"], lw=1.2,
                                   color=f"C{schemes.index(record['transfer'])}",
-                                  ls={8: ":", 16: "--", 32: "-"}[record["cells"]],
+                                  ls={8: ":", 16: "--"}.get(record["cells"], "-"),
                                   label=f"{record['transfer']}, {record['cells']} cells over R")
                 axis.set(xlabel="time [ms]", ylabel="force [N]", title=f"{speed:g} m/s")
-                axis.legend(frameon=False, fontsize="small")
+                axis.legend(frameon=False, fontsize="small", loc="lower center")
         sheet.picture(self.name, "Force of the plane on the ball; the times begin with the contact.", draw, 2)
 
 
