@@ -43,7 +43,7 @@ class SandCylinder(Case):
     source = ("Lube, Huppert, Sparks, Hallworth 2004, J. Fluid Mech. 508, 175: with `a = h_0/r_0` the radius ends at `r_0 (1 + 1.24 a)` "
               "for a < 1.7 and at `r_0 (1 + 1.6 a^(1/2))` beyond, the height at `h_0` for a < 1 and at `0.88 r_0 a^(1/6)` for a > 1.7, "
               "alike for sand, salt, sugar, rice and couscous on floors of wood, Plexiglas, baize and sandpaper; it takes `3 (h_0/g)^(1/2)`. "
-              "The constants are quoted from memory; the regimes and the grains are in the authors' summary")
+              "The paper could not be read: constants are as others quote it, regimes and grains those of the authors' summary")
     missing = ("Grains: the deposits of experiments end in a layer of single ones. What the angle of friction of theirs was: here it is 22.2 "
                "degrees in triaxial compression, 30 in plane flow, as in the plane column of [verification](verification.md)")
 
@@ -102,7 +102,7 @@ class SandCylinder(Case):
                   "The tolerances were fixed before any run was made, this end after runs of a = 0.5 and 1 had been seen. Heights are those of the "
                   "highest particle within a fifth of `r_0` of the axis; the experiments' formulas leave those between a = 1 and 1.7 out. \"Stopped\" is "
                   "when 95 % of the radius are reached, in `(h_0/g)^(1/2)`. Tall columns end lower here than these experiments have it; others (glass beads, "
-                  "Lajeunesse et al. 2004, from memory) end at 0.74 `r_0` for all a > 0.74.")
+                  "Lajeunesse et al. 2004, quoted likewise) end at 0.74 `r_0` for all a > 0.74.")
         sheet.table(["transfer", "a", "cells over r_0", "run-out", "error", "a tenth of r_0 thick", "height over r_0", "error", "stopped", "particles", "steps", "date",
                      "commit"],
                     [["experiments", f"{aspect:g}", "", f"{run_out(aspect):.2f}", "", "", f"{final_height(aspect):.2f}" if aspect != 1.0 else "", "", "3", "", "", "", ""]
