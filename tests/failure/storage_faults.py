@@ -6,6 +6,7 @@ process killed by a signal; what had been written before must be whole, and a ru
 that nothing happened to. Faults come from storage_shim.c (no root needed) and, where they can be mounted, from small disks.
 """
 
+import json
 import os
 import pathlib
 import re
@@ -100,6 +101,9 @@ def faults():
               arguments=["--set", "checkpoint.timeout=2"]),
         Fault("history_hangs", "history.csv", "fsync", "hang", at=3, sentence="has taken longer than 2 s",
               arguments=["--set", "checkpoint.timeout=2"], short=False),
+        # The status, too: its state must be there before its flush, for who waits for that may be killed meanwhile.
+        Fault("every_flush_hangs", "", "fsync,fdatasync", "hang", at=21, sentence="has taken longer than 2 s",
+              arguments=["--set", "checkpoint.timeout=2", "--set", "time.step_timeout=2"]),
     ]
     # Every call in turn: data, metadata, and all that comes after.
     for at in range(1, 41):
@@ -178,6 +182,10 @@ class Bench:
         folder.mkdir()  # so that the fault comes when files are written
         outcome = self.program.run(arguments, case.ranks, self.work, LIMIT, case.environment(self.shim))
         self.judge(case.name, folder, outcome, case.sentence or re.escape(case.path.removesuffix(".tmp")), case.may_succeed)
+        if case.kind == "hang":
+            status = json.loads((folder / "status.json").read_text(encoding="utf-8"))
+            if status["state"] != "failed" or status.get("unresponsive") is not True:
+                fail(f"{case.name}: status.json says {status}", outcome)
         print(f"{case.name}: exit {outcome.code} after {outcome.seconds:.1f} s", flush=True)
         self.continue_and_compare(case.name, case.name, 2 if case.ranks > 1 else 1)
 

@@ -53,22 +53,40 @@ int write_all(int file, const std::string& text) {
   return 0;
 }
 
-}  // namespace
-
-std::string path_in(const std::string& folder, const std::string& name) { return (fs::path(folder) / name).string(); }
-
-void write_text_atomically(const std::string& path, const std::string& text, const std::string& writer) {
+/// Writes `text` under a temporary name beside `path`, which is returned.
+std::string write_beside(const std::string& path, const std::string& text, const std::string& writer, bool flushed) {
   const std::string temporary = path + writer + ".tmp";
   const int file = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (file < 0) fail("create", temporary, errno);
   int error = write_all(file, text);
-  if (error == 0 && ::fsync(file) != 0) error = errno;
+  if (error == 0 && flushed && ::fsync(file) != 0) error = errno;
   if (::close(file) != 0 && error == 0) error = errno;
   if (error != 0) {
     ::unlink(temporary.c_str());
     fail("write", temporary, error);
   }
-  rename_durably(temporary, path);
+  return temporary;
+}
+
+void rename_or_remove(const std::string& from, const std::string& to) {
+  if (::rename(from.c_str(), to.c_str()) == 0) return;
+  const int error = errno;
+  ::unlink(from.c_str());
+  fail("rename to", to, error);
+}
+
+}  // namespace
+
+std::string path_in(const std::string& folder, const std::string& name) { return (fs::path(folder) / name).string(); }
+
+void write_text_atomically(const std::string& path, const std::string& text, const std::string& writer) {
+  rename_durably(write_beside(path, text, writer, true), path);
+}
+
+void write_text_before_end(const std::string& path, const std::string& text, const std::string& writer) {
+  rename_or_remove(write_beside(path, text, writer, false), path);
+  sync_file(path);
+  sync_folder(folder_of(path));
 }
 
 std::string read_text(const std::string& path) {
@@ -96,11 +114,7 @@ void sync_folder(const std::string& folder) {
 }
 
 void rename_durably(const std::string& from, const std::string& to) {
-  if (::rename(from.c_str(), to.c_str()) != 0) {
-    const int error = errno;
-    ::unlink(from.c_str());
-    fail("rename to", to, error);
-  }
+  rename_or_remove(from, to);
   sync_folder(folder_of(to));
 }
 

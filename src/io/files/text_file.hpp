@@ -14,6 +14,10 @@ std::string path_in(const std::string& folder, const std::string& name);
 /// Throws RunError.
 void write_text_atomically(const std::string& path, const std::string& text, const std::string& writer = "");
 
+/// The same for who may be killed at any moment: renames the text before it is flushed, so that readers find it even if the disk is slow.
+/// It outlives the process as soon as it is renamed, the machine once this has returned. Throws RunError.
+void write_text_before_end(const std::string& path, const std::string& text, const std::string& writer = "");
+
 /// The whole file. Throws RunError.
 std::string read_text(const std::string& path);
 

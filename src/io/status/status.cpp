@@ -119,7 +119,7 @@ bool says_failed(const std::string& folder, const std::string& started) {
 
 void write_first_failure_alone(const std::string& folder, const Status& status, int rank) {
   if (says_failed(folder, status.progress.started)) return;
-  write_text_atomically(path_in(folder, "status.json"), json_text(status_json(status)) + "\n", fmt::format(".{}", rank));
+  write_text_before_end(path_in(folder, "status.json"), json_text(status_json(status)) + "\n", fmt::format(".{}", rank));
 }
 
 void mark_unresponsive_alone(const std::string& folder, const std::string& reason, const std::string& started, int rank) {
@@ -131,7 +131,7 @@ void mark_unresponsive_alone(const std::string& folder, const std::string& reaso
   status["state"] = name(RunState::failed);
   status["reason"] = reason;
   status["unresponsive"] = true;
-  write_text_atomically(path, json_text(status) + "\n", fmt::format(".{}", rank));
+  write_text_before_end(path, json_text(status) + "\n", fmt::format(".{}", rank));
 }
 
 void write_status(const Comm& comm, const std::string& folder, const Status& status) {
