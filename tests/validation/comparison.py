@@ -144,6 +144,11 @@ class Sheet:
         pyplot.close(figure)
 
 
+def whole_cells(length, cell):
+    """The next multiple of `cell`, m, that is not less than `length`, m."""
+    return cell * math.ceil(length / cell - 1e-9)
+
+
 # --- measured numbers ------------------------------------------------------------------------------------------------------
 
 def measured(name):

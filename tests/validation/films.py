@@ -7,7 +7,7 @@ from dataclasses import replace
 import h5py
 import numpy
 
-from comparison import Plan, frames, measured, rounded
+from comparison import Plan, frames, measured, rounded, whole_cells
 
 WALLS = 0.04         # m, between the side walls
 FRAMES = 24.0        # per second, of the films
@@ -49,12 +49,9 @@ class Film:
 def plan(film, flow, cell, stiffness=1.0, transfer="", key=None):
     """The run of a film's box. `flow`: (yield stress, consistency, index); `cell`: m; `stiffness`: over the reference."""
     bulk = SOFTEST * film.height / 0.02 * stiffness
-
-    def whole(length):
-        return cell * math.ceil(length / cell - 1e-9)
     wall = max(2.0 * cell, 0.0022)
     sets = {"domain.cell_size": cell,
-            "domain.upper": [whole(film.width + 1.3 * film.reach[-1] + 0.01), 0.02, whole(film.height + 0.01)],
+            "domain.upper": [whole_cells(film.width + 1.3 * film.reach[-1] + 0.01, cell), 0.02, whole_cells(film.height + 0.01, cell)],
             "time.end": float(film.time[-1]) + MARGIN,
             "materials.sauce.density": film.density, "materials.sauce.bulk_modulus": bulk,
             "materials.sauce.shear_modulus": 0.1 * bulk, "materials.sauce.yield_stress": flow[0],

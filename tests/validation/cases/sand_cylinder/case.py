@@ -8,7 +8,8 @@ import sys
 import numpy
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
-from comparison import TRANSFERS, Case, Plan, main, schemes_of  # noqa: E402
+from comparison import TRANSFERS, Case, Plan, main, schemes_of, whole_cells  # noqa: E402
+from slump_theory import speed  # noqa: E402
 
 RADIUS, G = 0.1, 9.81
 EDGE = 0.1 * RADIUS          # the coarsest cell: what is thinner is not resolved
@@ -49,9 +50,7 @@ class SandCylinder(Case):
 
     def plans(self, long):
         def plan(aspect, cell, transfer=""):
-            def whole(length):
-                return cell * math.ceil(length / cell - 1e-9)
-            side, height = whole(1.4 * RADIUS * (1.0 + run_out(aspect))), whole((aspect + 0.2) * RADIUS)
+            side, height = whole_cells(1.4 * RADIUS * (1.0 + run_out(aspect)), cell), whole_cells((aspect + 0.2) * RADIUS, cell)
             sets = {"domain.cell_size": cell, "domain.upper": [side, side, height], "time.end": 6.0 * math.sqrt(aspect * RADIUS / G),
                     "bodies.cylinder.shape.parts.0.upper": [RADIUS, RADIUS, aspect * RADIUS]}
             return Plan(f"a = {aspect:g}, {1e3 * cell:.3g} mm", sets, {"cell": cell, "aspect": aspect}, transfer)
@@ -75,9 +74,7 @@ class SandCylinder(Case):
             found["end"].append(end)
             found["edge"].append(edge)
             found["top"].append(x[radii < 0.2 * RADIUS, 2].max())
-        speed = particles["velocity"].astype(float)
-        return {**found, "speed": math.sqrt(numpy.average((speed**2).sum(axis=1), weights=particles["reference_volume"])),
-                "ring": middles, "height": heights}
+        return {**found, "speed": speed(particles), "ring": middles, "height": heights}
 
     def judge(self, records, sheet):
         schemes = schemes_of(records)
@@ -87,10 +84,11 @@ class SandCylinder(Case):
             aspect = record["aspect"]
             end, top = record["end"][-1] / RADIUS - 1.0, record["top"][-1] / RADIUS
             errors = end / run_out(aspect) - 1.0, top / final_height(aspect) - 1.0
+            of_height = f"{100 * errors[1]:+.1f} %" if math.isfinite(errors[1]) else ""
             stopped = numpy.interp(0.95 * record["end"][-1], record["end"], record["time"]) * math.sqrt(G / (aspect * RADIUS))
             rows.append([record["transfer"], f"{aspect:g}", f"{RADIUS / record['cell']:.3g}", f"{end:.2f}", f"{100 * errors[0]:+.1f} %",
-                         f"{record['edge'][-1] / RADIUS - 1.0:.2f}", f"{top:.2f}", f"{100 * errors[1]:+.1f} %" if math.isfinite(errors[1]) else "", f"{stopped:.1f}", record["particles"], record["steps"],
-                         record["date"].split()[0], record["commit"]])
+                         f"{record['edge'][-1] / RADIUS - 1.0:.2f}", f"{top:.2f}", of_height, f"{stopped:.1f}",
+                         record["particles"], record["steps"], record["date"].split()[0], record["commit"]])
             if record["transfer"] == schemes[0] and (sheet.short or record["cell"] == FINE):
                 where = f"a = {aspect:g}, {RADIUS / record['cell']:.3g} cells over r_0"
                 sheet.gate(f"run-out, {where}", errors[0], SCATTER)
@@ -98,14 +96,14 @@ class SandCylinder(Case):
                     sheet.gate(f"height on the axis, {where}", errors[1], SCATTER)
                 sheet.gate(f"speed at the end, root mean square, {where}", record["speed"], AT_REST, "m/s")
         sheet.say("Run-out is `(r - r_0)/r_0` of where the deposit's slope between a fifth and a tenth of `r_0`, extended, meets the floor. Cells do "
-                  "not resolve what is thinner; to end the deposit there (\"thick\") cuts off what experiments see as its edge, most of low columns. "
+                  "not resolve what is thinner; to end the deposit there (\"a tenth of r_0 thick\") cuts off what experiments see as its edge, the more the lower the column. "
                   "The tolerances were fixed before any run was made, this end after runs of a = 0.5 and 1 had been seen. Heights are those of the "
                   "highest particle within a fifth of `r_0` of the axis; the experiments' formulas leave those between a = 1 and 1.7 out. \"Stopped\" is "
                   "when 95 % of the radius are reached, in `(h_0/g)^(1/2)`. Tall columns end lower here than these experiments have it; others (glass beads, "
                   "Lajeunesse et al. 2004, quoted likewise) end at 0.74 `r_0` for all a > 0.74.")
         sheet.table(["transfer", "a", "cells over r_0", "run-out", "error", "a tenth of r_0 thick", "height over r_0", "error", "stopped", "particles", "steps", "date",
                      "commit"],
-                    [["experiments", f"{aspect:g}", "", f"{run_out(aspect):.2f}", "", "", f"{final_height(aspect):.2f}" if aspect != 1.0 else "", "", "3", "", "", "", ""]
+                    [["experiments", f"{aspect:g}", "", f"{run_out(aspect):.2f}", "", "", f"{final_height(aspect):.2f}".replace("nan", ""), "", "3", "", "", "", ""]
                      for aspect in sorted({record["aspect"] for record in ordered})] + rows)
 
         def draw(axes):

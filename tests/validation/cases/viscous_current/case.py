@@ -8,7 +8,7 @@ import sys
 import numpy
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
-from comparison import TRANSFERS, Case, Plan, frames, main, schemes_of  # noqa: E402
+from comparison import TRANSFERS, Case, Plan, frames, main, schemes_of, whole_cells  # noqa: E402
 
 G, NU, RADIUS, HEIGHT = 9.81, 1e-3, 0.025, 0.025464790894703256
 VOLUME = math.pi * RADIUS**2 * HEIGHT        # of the whole drop, m^3
@@ -35,9 +35,7 @@ class ViscousCurrent(Case):
 
     def plans(self, long):
         def plan(cell, end, transfer=""):
-            def whole(length):
-                return cell * math.ceil(length / cell - 1e-9)
-            sets = {"domain.cell_size": cell, "domain.upper": [whole(0.075), whole(0.075), whole(0.03)], "time.end": end}
+            sets = {"domain.cell_size": cell, "domain.upper": [whole_cells(0.075, cell), whole_cells(0.075, cell), whole_cells(0.03, cell)], "time.end": end}
             return Plan(f"{1e3 * cell:g} mm", sets, {"cell": cell}, transfer)
         if not long:
             return [plan(0.002, 0.6)]
