@@ -143,10 +143,7 @@ TEST_F(EnergyBudgetTest, ForgetsRejectedSteps) {
       EXPECT_GT(shared.n_rejected, 0);
       EXPECT_LT(imbalance(shared.account), 1e-12);
       EXPECT_EQ(shared.words, run(self, scene, 60).words);
-      scene.physics.time_stepping.trial_interval = 0;
-      scene.physics.time_stepping.mode = TimeStepMode::fixed;
-      scene.physics.time_stepping.dt_fixed = 1.0;
-      scene.physics.time_stepping.allow_unstable = true;
+      take_handed_steps(scene.physics);
       const Ran handed = run(comm, scene, 60, shared.steps);
       EXPECT_EQ(handed.n_rejected, 0);
       EXPECT_EQ(handed.steps, shared.steps);

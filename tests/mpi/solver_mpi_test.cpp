@@ -227,8 +227,7 @@ TEST_F(SolverTest, TheRunIsThatOfItsAcceptedSteps) {
     EXPECT_GT(state.n_accepted, 0);
 
     SolverScene replay = contact_scene(transfer);
-    replay.physics.time_stepping.dt_fixed = 1.0;
-    replay.physics.time_stepping.allow_unstable = true;
+    take_handed_steps(replay.physics);
     const auto handed = solver_of(comm, replay, partition);
     TimeStepState state_handed;
     for (const double dt : steps) EXPECT_EQ(handed->step({0.0, dt}, state_handed).plan.dt, dt);

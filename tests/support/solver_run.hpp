@@ -161,6 +161,13 @@ inline void make_implicit(Physics& physics) {
   }
 }
 
+/// Steps as long as what remains, none of them judged: to hand the scene those of another run.
+inline void take_handed_steps(Physics& physics) {
+  physics.time_stepping.mode = TimeStepMode::fixed;
+  physics.time_stepping.dt_fixed = 1.0;
+  physics.time_stepping.allow_unstable = true;
+}
+
 /// The transfers whose code paths differ most, for tests that need not run through all.
 inline std::vector<TransferSettings> some_transfers() {
   return {{.scheme = TransferScheme::apic, .order = SplineOrder::quadratic, .gradient = GradientForm::mls},
