@@ -20,7 +20,8 @@ WIDE_FLOW = {"chuno_sauce": (1.66, 1.16, 0.620), "okonomiyaki_sauce": (7.34, 6.0
 FITTED_TO = 100.0  # 1/s, the largest rate of the fit that the gates are for
 BOXES = ("chuno_sauce_H20_W30", "chuno_sauce_H40_W21", "okonomiyaki_sauce_H20_W29", "okonomiyaki_sauce_H38_W42",
          "okonomiyaki_sauce_H46_W63")
-STUDIED = BOXES[0]  # the box of the studies of cells and stiffness
+STUDIED = BOXES[0]  # the box of the study of cells
+STIFFER = 4.0  # times the bulk modulus, of the study of stiffness
 COARSE, FINE = 0.002, 0.001  # m, cells; the gates are for the fine ones
 FINEST = (0.0008, 0.000625)  # m, cells of the studies
 SHORT_IMEX = 0.0016  # m, cells of the short version with the implicit pressure
@@ -79,7 +80,8 @@ class FilmedDams(Case):
         cells = [explicit_plan(box, cell, 1.0, transfer) for cell in (COARSE, FINE, *FINEST) for box in BOXES for transfer in TRANSFERS]
         gated = [explicit_plan(box, cell, 1.0, transfer, gate=True) for cell in (COARSE, FINE, *FINEST) for box in BOXES for transfer in TRANSFERS]
         wide = [wide_plan(box, cell, transfer) for cell in (FINE, FINEST[-1]) for box in BOXES for transfer in TRANSFERS]
-        return cells + gated + wide + [explicit_plan(STUDIED, FINE, 4.0, transfer) for transfer in TRANSFERS]
+        stiffer = [explicit_plan(box, FINE, STIFFER, transfer) for box in BOXES for transfer in TRANSFERS]
+        return cells + gated + wide + stiffer
 
     def imex_plans(self, long):
         if not long:
@@ -119,6 +121,7 @@ class FilmedDams(Case):
             self.scheme(records, scheme, sheet, scheme == schemes[0])
         self.pictures(records, [scheme for scheme in schemes if OF_PARTICLES not in scheme], sheet)
         self.studies(records, schemes, sheet)
+        self.moduli(records, schemes, sheet)
         for scheme in schemes:
             self.scheme(records, scheme, sheet, scheme == schemes[0], imex=True)
         self.imex_cells(records, schemes[0], sheet)
@@ -193,7 +196,7 @@ class FilmedDams(Case):
         film = films.Film(STUDIED)
         rows = []
         cells = (COARSE, FINE, *FINEST)
-        explicit = ((COARSE, 1.0), (FINE, 1.0), (FINE, 4.0), *((cell, 1.0) for cell in FINEST))
+        explicit = ((COARSE, 1.0), (FINE, 1.0), (FINE, STIFFER), *((cell, 1.0) for cell in FINEST))
         for scheme in schemes:
             runs = [self.of(records, STUDIED, cell, scheme, stiffness) for cell, stiffness in explicit]
             runs += [self.of_imex(records, STUDIED, cell, scheme) for cell in cells]
@@ -214,7 +217,7 @@ class FilmedDams(Case):
                               if (record := of(records, STUDIED, cell, scheme))]
                     if points:
                         axes.plot(*zip(*points), style, color=f"C{number}", label=name)
-                stiff = self.of(records, STUDIED, FINE, scheme, 4.0)
+                stiff = self.of(records, STUDIED, FINE, scheme, STIFFER)
                 if stiff:
                     axes.plot(1e3 * FINE, 100 * films.errors(film, stiff)[1], "s", mfc="none", color=f"C{number}",
                               label=f"{scheme}, four times as stiff")
@@ -224,6 +227,24 @@ class FilmedDams(Case):
             axes.set(xlabel="cells [mm]", ylabel="error of frame 8 [%]", xlim=(0, 2.2))
             axes.legend(frameon=False, fontsize="small", loc="center left", bbox_to_anchor=(1.0, 0.5))
         sheet.picture("filmed_dams_cells", f"Error of the reach in frame 8 over the cells, {film.title}.", draw, size=(7.0, 3.2))
+
+    def moduli(self, records, schemes, sheet):
+        """Stiffness, of all boxes that have a stiffer run."""
+        rows = []
+        for scheme in schemes:
+            for box in BOXES:
+                film = films.Film(box)
+                soft, stiff, true = (self.of(records, box, FINE, scheme), self.of(records, box, FINE, scheme, STIFFER),
+                                     self.of_imex(records, box, FINE, scheme))
+                if soft and stiff:
+                    rows.append([scheme, film.title, f"{soft['bulk_modulus']:g} Pa",
+                                 *(f"{films.errors(film, record)[1]:+.3f}" if record else "" for record in (soft, stiff, true)),
+                                 f"{soft['steps']}", f"{stiff['steps']}", stiff["date"].split()[0], stiff["commit"]])
+        if rows:
+            sheet.say(f"Stiffness, cells of {1e3 * FINE:g} mm, instant release: error of frame 8 with the bulk modulus of the tables above, with "
+                      f"{STIFFER:g} times as much, which doubles the number of steps, and with the true one (`imex`):")
+            sheet.table(["transfer", "film", "bulk modulus", "frame 8", f"{STIFFER:g} times as stiff", "true modulus, imex", "steps",
+                         f"{STIFFER:g} times as stiff", "date", "commit"], rows)
 
     def imex_cells(self, records, scheme, sheet):
         """How far frame 8 moves from coarse to fine cells, over the boxes that have all these runs on both."""
