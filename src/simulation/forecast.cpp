@@ -95,6 +95,9 @@ constexpr double library_bytes = 5.0e6;
 // The matrix of the pressure, ours and PETSc's, and GAMG for it, of a cell with particles: measured likewise (Jacobi: 7 kB).
 constexpr double petsc_bytes_per_cell = 1.0e4;
 
+// Layers of cells that a rank holds of another's, over the layers of nodes that go between the two: 3 of 2 on a plane cut.
+constexpr double cut_layers = 1.5;
+
 // What implicit parts add, bytes. A row of the pressure keeps its entries in double and in single precision and where its nodes are.
 double implicit_bytes(const Scene& scene, const RankTraffic& rank) {
   const TimeStepSettings& settings = scene.time_stepping;
@@ -106,7 +109,11 @@ double implicit_bytes(const Scene& scene, const RankTraffic& rank) {
   constexpr double of_particle = sizeof(double) + sizeof(LocalIndex);  // J at the start of the step; its place in the cell
   const auto n_cells = static_cast<double>(rank.n_cells), n_nodes = static_cast<double>(rank.n_pool_nodes);
   const auto n_particles = static_cast<double>(rank.n_particles);
-  double bytes = n_cells * (row + vectors_of_cells) + n_nodes * vectors_of_nodes + n_particles * of_particle +
+  // Of other ranks' cells along a cut, with the message that brings their entries and the one that sends as many.
+  const double cut_cells = cut_layers * static_cast<double>(rank.bytes_add + rank.bytes_get) / sizeof(Node);
+  const double messages = 2.0 * 3.0 * width * width * width * sizeof(double);
+  double bytes = n_cells * (row + vectors_of_cells) + cut_cells * (row + vectors_of_cells + messages) +
+                 n_nodes * vectors_of_nodes + n_particles * of_particle +
                  static_cast<double>(rank.n_tiles) * tile_nodes * (width * width + 4.0) * sizeof(LocalIndex);
   if (settings.pressure.solver == PressureSolver::petsc) bytes += n_cells * petsc_bytes_per_cell;
   if (settings.viscosity == ViscosityKind::implicit_stress)
