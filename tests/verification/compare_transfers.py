@@ -3,7 +3,7 @@
 
     tests/verification/compare_transfers.py --program build/bulkley [--only NAME] [--work DIR]
 
-Prints the table of docs/choose-alpha-beta.md, "Where the answer is known". Needs numpy and h5py; takes five minutes on one core.
+Prints the table of docs/transfers.md, "Where the answer is known". Needs numpy and h5py; takes five minutes on one core.
 """
 
 import argparse

@@ -258,7 +258,7 @@ class FilmedDams(Case):
         if moves:
             means = ", ".join(f"{100 * value:.1f} % {name}" for name, value in zip(names, numpy.mean(moves, axis=0)))
             sheet.say(f"From cells of 2 mm to cells of 1 mm the reach in frame 8 moves by so much of the film's, mean of {len(moves)} boxes: "
-                      f"{means}, so that a sheet of two or three cells locks ([why](choose-alpha-beta.md#the-transfer-and-what-the-step-does-to-it)).")
+                      f"{means}, so that a sheet of two or three cells locks ([why](transfers.md#the-bulk-modulus)).")
 
     def imex_picture(self, records, scheme, sheet):
         """The implicit pressure beside the explicit step."""
