@@ -129,6 +129,9 @@ std::string term_text(const std::string& name, double value, double whole) {
 
 bool counts(double value) { return std::isfinite(value) && value != 0.0; }
 
+// Of what was received: contacts that lost less are told together.
+constexpr double least_share = 1e-3;
+
 // What there was at the start of the table, and what came in since, J.
 double energy_received(const RunFigures& f) {
   double sum = f.first.kinetic + f.first.elastic;
@@ -163,14 +166,21 @@ std::string losses_text(const RunView& view) {
   const auto add = [&](const std::string& name, double loss) {
     if (counts(loss)) text += ", " + term_text(name, loss, whole);
   };
-  for (const auto& [name, loss] : a.contact_losses) add("contact " + name, loss);
+  double others = 0.0;
+  for (const auto& [name, loss] : a.contact_losses)
+    if (std::abs(loss) < least_share * whole)
+      others += loss;
+    else
+      add("contact " + name, loss);
+  add("other contacts", others);
   if (std::isfinite(a.to_grid)) {
-    add("transfers", a.to_grid + a.from_grid);
-    text += fmt::format(": {} to the grid, {} from it", number_text(a.to_grid), number_text(a.from_grid));
+    text += fmt::format(", {}: {} to the grid, {} from it", term_text("transfers", a.to_grid + a.from_grid, whole),
+                        number_text(a.to_grid), number_text(a.from_grid));
     add("time integration", a.time_integration);
   } else {
-    add("transfers and time integration", a.to_grid_and_integration + a.from_grid);
-    text += fmt::format(": {} from the grid", number_text(a.from_grid));
+    text += fmt::format(", {}: {} from the grid",
+                        term_text("transfers and time integration", a.to_grid_and_integration + a.from_grid, whole),
+                        number_text(a.from_grid));
   }
   add("removed particles", a.removed);
   add("still kinetic", f.last.kinetic);

@@ -7,6 +7,7 @@ import base64
 import csv
 import html.parser
 import json
+import math
 import os
 import pathlib
 import re
@@ -33,8 +34,8 @@ def expect(condition, sentence, outcome=None):
         bulkley_program.fail(sentence, outcome)
 
 
-def near(a, b):
-    return abs(a - b) <= 1e-5 * max(abs(a), abs(b), 1e-30)
+def near(a, b, part=1e-5):
+    return abs(a - b) <= part * max(abs(a), abs(b), 1e-30)
 
 
 class Page(html.parser.HTMLParser):
@@ -142,7 +143,7 @@ class Monitor:
                      "checkpoint_0000"):
             expect(word in page.text, f"finished: the page lacks '{word}'")
         self.check_curve(source, kinetic)
-        self.check_losses(rows[-1])
+        expect("other contacts" in self.check_losses("finished"), "finished: the wall that the ball brushes is not told with others")
 
     def check_curve(self, source, kinetic):
         """Heights of the curve, taken back through the axis, are the values of the table."""
@@ -155,14 +156,28 @@ class Monitor:
         worst = max(abs(heights[high] + scale * (kinetic[high] - value) - y) for value, y in zip(kinetic, heights))
         expect(worst < 0.3, f"the curve of kinetic energy is {worst} off")
 
-    def check_losses(self, last):
-        """What `status` says of the transfers is what the last row of the table has, each pass apart."""
-        line = re.search(r"went to +(.*)", self.ask("status", "finished"))[1]
-        told = re.search(r"transfers (\S+) J \(\S+ %\): (\S+) to the grid, (\S+) from it, time integration (\S+) J", line)
-        to_grid, from_grid = float(last["to_grid_loss [J]"]), float(last["from_grid_loss [J]"])
-        wanted = to_grid + from_grid, to_grid, from_grid, float(last["time_integration_loss [J]"])
+    def check_losses(self, name):
+        """What `status` says of transfers and contacts is what the last row of the table has: each pass apart where it is known,
+        and small contacts together."""
+        line = re.search(r"went to +(.*)", self.ask("status", name))[1]
+        last = list(csv.DictReader((self.work / name / "history.csv").open(encoding="utf-8")))[-1]
+        to_grid, time_integration, either, from_grid = (float(last[f"{term}_loss [J]"]) for term in (
+            "to_grid", "time_integration", "to_grid_and_integration", "from_grid"))
+        if math.isfinite(to_grid):
+            told = re.search(r", transfers (\S+) J \(\S+ %\): (\S+) to the grid, (\S+) from it, time integration (\S+) J", line)
+            wanted = to_grid + from_grid, to_grid, from_grid, time_integration
+        else:
+            told = re.search(r", transfers and time integration (\S+) J \(\S+ %\): (\S+) from the grid", line)
+            wanted = either + from_grid, from_grid
         expect(told and from_grid != 0.0 and all(abs(float(text) - number) <= 0.01 * abs(number)
-                                                 for text, number in zip(told.groups(), wanted)), f"finished: {line} for {wanted}")
+                                                 for text, number in zip(told.groups(), wanted)), f"{name}: {line} for {wanted}")
+        lost = {column.split(".")[0]: float(value) for column, value in last.items() if column.endswith(".contact_loss [J]")}
+        named = {contact: float(number) for contact, number in re.findall(r"contact (\S+) (\S+) J", line)}
+        others = sum(loss for contact, loss in lost.items() if contact not in named)
+        said = re.search(r", other contacts (\S+) J", line)
+        expect(near(float(said[1]) if said else 0.0, others, 0.01) and all(near(number, lost[contact], 0.01) for contact, number in named.items()),
+               f"{name}: {line} for {lost}")
+        return line
 
     def without_python(self):
         """No page, and a sentence that tells why; the summary of `status` needs no Python."""
@@ -210,16 +225,18 @@ class Monitor:
         print(f"seen at steps {steps}, stopped at {last}")
 
     def stopped(self):
-        folder = self.run("stopped", "--max-steps", "60")
+        apic = ("--set", "transfer.scheme=apic")
+        folder = self.run("stopped", "--max-steps", "60", *apic)
         expect(self.status(folder)["state"] == "finished", "--max-steps ends a run")
         folder.joinpath("STOP").touch()
-        self.run("stopped", "--restart", "--set", "time.end=5", code=4)
+        self.run("stopped", "--restart", "--set", "time.end=5", *apic, code=4)
         text = self.ask("status", "stopped")
         told = json.loads((folder / "status.json").read_text(encoding="utf-8"))
         expect(": stopped (" in text and "continue with: mpirun -n 1 bulkley run" in text, f"stopped: {text}")
         expect(told["first_step"] == 60, f"stopped: this part began at {told['first_step']}")
         page, _ = self.page(folder)
         expect("continue with: mpirun" in page.text, "stopped: the page does not say how to go on")
+        self.check_losses("stopped")
 
     def failed(self):
         folder = self.run("failed", "--set", "time.smallest_volume_ratio=0.99", code=3)
