@@ -32,10 +32,8 @@ fi
 
 "$root/cluster/install_packages.sh"
 "$root/cluster/build.sh"
-# One more at a time than there are processors: many tests wait, for starts, signals and disks (docs/testing.md).
-at_a_time=$(($(env -u OMP_NUM_THREADS nproc) + 1))
 code=0
-ctest --test-dir "$root/build" --output-on-failure --no-tests=error --label-regex "^($tiers)\$" --parallel "$at_a_time" \
-  "$@" </dev/null || code=$?
+ctest --test-dir "$root/build" --output-on-failure --no-tests=error --label-regex "^($tiers)\$" \
+  --parallel "$(env -u OMP_NUM_THREADS nproc)" "$@" </dev/null || code=$?
 [[ -z "$others" ]] || echo "$others"
 exit "$code"
