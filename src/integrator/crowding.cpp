@@ -1,12 +1,16 @@
 #include "integrator/crowding.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "bulkley/base/pack.hpp"
 
 namespace bulkley {
 
 namespace {
+
+constexpr double least_fullness = 0.95;  // of (V6)
+constexpr double floor_slope = 0.5;      // cosine squared of 45 degrees: steeper faces are no floors
 
 bool takes_part(const Physics& physics, std::size_t m) {
   const bool of_cells = physics.volumetric_laws.empty() ? !physics.shares_dilation.empty() && physics.shares_dilation[m]
@@ -20,7 +24,18 @@ Crowding::Crowding(const Physics& physics, LocalIndex block_size) : physics_(phy
   for (std::size_t m = 0; m < physics.materials.size(); ++m) takes_part_.push_back(takes_part(physics, m));
   const double dx = physics.grid.cell_size;
   inverse_full_mass_ = 1.0 / (physics.largest_density() * dx * dx * dx);
-  if (std::ranges::count(takes_part_, 1) > 0) fullness_.resize(static_cast<std::size_t>(block_size) + n_lanes);
+  if (std::ranges::count(takes_part_, 1) == 0) return;
+  fullness_.resize(static_cast<std::size_t>(block_size) + n_lanes);
+  if (!physics.transfer.close_voids) return;
+  voids_.resize(fullness_.size());
+  for (const NamedMaterial& named : physics.materials)
+    lightness_.push_back(physics.largest_density() / rest_density(named.material));
+  for (int f = 0; f < 6; ++f) {
+    const double towards = f % 2 == 0 ? -physics.gravity[f / 2] : physics.gravity[f / 2];
+    if (behaviour(physics.faces[static_cast<std::size_t>(f)].kind).contact && towards > 0.0 &&
+        towards * towards >= floor_slope * physics.gravity.squaredNorm())
+      floors_.push_back({f / 2, f % 2 == 0 ? physics.grid.lower[f / 2] : physics.grid.upper()[f / 2]});
+  }
 }
 
 void Crowding::fit(const Exchange& exchange) {
@@ -36,11 +51,33 @@ void Crowding::find_fullness(std::span<const LocalIndex> active, Node* nodes) co
   for (const NodeVolume& near : near_walls_) nodes[near.node].c[3] /= near.part;
 }
 
+// Where densities differ, all that is there counts as if it were as light as the particle: then less is missing, never more.
+void Crowding::find_voids(const ParticleSet& particles, ParticleBlock block) {
+  if (voids_.empty()) return;
+  const LocalIndex end = std::min(block.end, particles.size());
+  const double* const J = particles.real(Field::volume_ratio);
+  const double* const stress = physics_.volumetric_laws.empty() ? nullptr : particles.real(Field::cell_mean_stress);
+  const std::uint8_t* const material = particles.material();
+  std::fill_n(voids_.begin(), end - block.begin, 0.0);
+  for (const Floor& floor : floors_) {
+    const double* const x = particles.real(Field::position, floor.axis);
+    for (LocalIndex p = block.begin; p < end; ++p) {
+      const bool presses = stress ? stress[p] < 0.0 : J[p] < 1.0;
+      if (!presses || std::abs(x[p] - floor.coordinate) >= physics_.grid.cell_size) continue;
+      const auto k = static_cast<std::size_t>(p - block.begin);
+      voids_[k] = std::max(0.0, least_fullness - fullness_[k] * lightness_[material[p]] * J[p]);
+    }
+  }
+}
+
 void Crowding::spare(const char* carried, ParticleBlock block, LocalIndex n_particles) {
   if (fullness_.empty() || !carried) return;
   const LocalIndex end = std::min(block.end, n_particles);
   for (LocalIndex p = block.begin; p < end; ++p)
-    if (carried[p]) fullness_[static_cast<std::size_t>(p - block.begin)] = 0.0;
+    if (carried[p]) {
+      fullness_[static_cast<std::size_t>(p - block.begin)] = 0.0;
+      if (!voids_.empty()) voids_[static_cast<std::size_t>(p - block.begin)] = 0.0;
+    }
 }
 
 }  // namespace bulkley

@@ -1,6 +1,6 @@
 #pragma once
-// Particles that crowd without their volume ratios' knowledge (docs/theory.md, "Crowding"): how much material is around each of them,
-// over what has room there.
+// Particles that crowd, or leave a floor bare, without their volume ratios' knowledge (docs/theory.md, "Crowding" and "Voids at
+// floors"): how much material is around each of them, over what has room there.
 
 #include <vector>
 
@@ -23,19 +23,33 @@ class Crowding {
 
   /// Where g2p leaves the fullness around the particles of a block; null if no material takes part. Not collective.
   double* of_block() { return fullness_.empty() ? nullptr : fullness_.data(); }
+  /// With `close_voids`: finds how much is missing around particles of a block that press on a floor within a cell of them, a face on
+  /// which their weight lies. Once g2p has left their fullness and moved them. Not collective.
+  void find_voids(const ParticleSet& particles, ParticleBlock block);
   /// Takes out of a block what inflows carry: `carried` by particle, or null. Not collective.
   void spare(const char* carried, ParticleBlock block, LocalIndex n_particles);
   /// For the stress update of a material; null if it takes no part. Not collective.
   const double* of_material(std::size_t m) const { return takes_part_[m] ? fullness_.data() : nullptr; }
+  /// Likewise, what is missing; null also without `close_voids`. Not collective.
+  const double* voids_of_material(std::size_t m) const { return takes_part_[m] && !voids_.empty() ? voids_.data() : nullptr; }
 
   std::size_t memory() const {
-    return near_walls_.capacity() * sizeof(NodeVolume) + fullness_.capacity() * sizeof(double) + takes_part_.capacity();
+    return near_walls_.capacity() * sizeof(NodeVolume) + (fullness_.capacity() + voids_.capacity()) * sizeof(double) +
+           takes_part_.capacity();
   }
 
  private:
+  struct Floor {
+    int axis;
+    double coordinate;  ///< m
+  };
+
   const Physics& physics_;
   std::vector<char> takes_part_;        ///< by material
   std::vector<double> fullness_;        ///< of the particles of a block; empty if no material takes part
+  std::vector<double> voids_;           ///< likewise; empty also without `close_voids`
+  std::vector<double> lightness_;       ///< by material, the largest density over its own
+  std::vector<Floor> floors_;           ///< where voids are closed
   std::vector<NodeVolume> near_walls_;  ///< owned nodes
   double inverse_full_mass_;            ///< of a node far from walls, 1/kg
 };

@@ -147,24 +147,34 @@ void count_failures(PackMask inverted, PackMask not_finite, const GlobalIndex* i
   }
 }
 
-// J of particles that have less room than it says: the excess decays with the shear, the faster the larger it is (V5).
-Pack crowded(Pack J, Pack fullness, const Tensor<Pack>& L, double dt) {
-  const Pack excess = maximum(fullness * J - tolerated_fullness, broadcast<Pack>(0.0));
-  if (!any(excess > broadcast<Pack>(0.0))) return J;
+// Shear in a step: dt sqrt(2 dev D : dev D).
+Pack shear_of(const Tensor<Pack>& L, double dt) {
   const Pack mean = (1.0 / 3.0) * ((L(0, 0) + L(1, 1)) + L(2, 2));
   Pack square{};
   for (int a = 0; a < 3; ++a) {
     const Pack normal = L(a, a) - mean, shear = L(a, (a + 1) % 3) + L((a + 1) % 3, a);
     square += 2.0 * (normal * normal) + shear * shear;
   }
-  return J /
-         (1.0 + (dt * square_root(square)) * minimum(decay_by_shear * (excess * excess), broadcast<Pack>(fastest_decay)));
+  return dt * square_root(square);
+}
+
+// J of particles that have less room than it says: the excess decays with the shear, the faster the larger it is (V5).
+Pack crowded(Pack J, Pack fullness, const Tensor<Pack>& L, double dt) {
+  const Pack excess = maximum(fullness * J - tolerated_fullness, broadcast<Pack>(0.0));
+  if (!any(excess > broadcast<Pack>(0.0))) return J;
+  return J / (1.0 + shear_of(L, dt) * minimum(decay_by_shear * (excess * excess), broadcast<Pack>(fastest_decay)));
+}
+
+// J of particles that have more room than it says: what is missing decays with the shear (V6).
+Pack spread(Pack J, Pack missing, const Tensor<Pack>& L, double dt) {
+  if (!any(missing > broadcast<Pack>(0.0))) return J;
+  return J * (1.0 + shear_of(L, dt) * missing);
 }
 
 // Flattened: every call below is inlined here, so that this file's floating-point options hold for all of it.
 template <class Law>
 [[gnu::flatten]] void update_all(const Law& law, std::uint8_t material_index, Field gradient, double dt,
-                                 const CellMeans& means, const double* fullness, ParticleSet& particles, Tally& tally,
+                                 const CellMeans& means, const Room& room, ParticleSet& particles, Tally& tally,
                                  ParticleBlock block) {
   const FieldColumns<9> velocity_gradient(particles, gradient);
   const MutableColumns<6> left_cauchy_green(particles, Field::left_cauchy_green);
@@ -208,10 +218,11 @@ template <class Law>
       const Pack own = state.volume_ratio;
       state.volume_ratio += select(mine, means.relaxation * (means.of(&CellSums::ratio, p, own) - own), zero);
     }
-    if constexpr (Law::flows)
-      if (fullness)
-        state.volume_ratio =
-            select(mine, crowded(state.volume_ratio, load(fullness + (p - block.begin)), L, dt), state.volume_ratio);
+    if constexpr (Law::flows) {
+      Pack& J = state.volume_ratio;
+      if (room.fullness) J = select(mine, crowded(J, load(room.fullness + (p - block.begin)), L, dt), J);
+      if (room.missing) J = select(mine, spread(J, load(room.missing + (p - block.begin)), L, dt), J);
+    }
 
     Tensor<Pack> f;
     for (int c = 0; c < 9; ++c) f.c[c] = L.c[c] * dt;
@@ -292,7 +303,7 @@ Densities densities_of(std::span<const NamedMaterial> materials) {
 }
 
 void stress_update(const Material& material, std::uint8_t material_index, Field gradient, double dt, ParticleSet& particles,
-                   StepBounds& bounds, ParticleBlock block, const CellMeans& means, const double* fullness) {
+                   StepBounds& bounds, ParticleBlock block, const CellMeans& means, const Room& room) {
   BULKLEY_ASSERT(dt > 0.0);
   BULKLEY_ASSERT(gradient == Field::affine_velocity || gradient == Field::velocity_gradient);
   Tally tally;
@@ -300,8 +311,8 @@ void stress_update(const Material& material, std::uint8_t material_index, Field 
       [&]<class Law>(const Law& law) {
         if constexpr (requires { law.parameters.field_yield; })
           if (law.parameters.field_yield.given())
-            return update_all(InField<Law>{law}, material_index, gradient, dt, means, fullness, particles, tally, block);
-        update_all(law, material_index, gradient, dt, means, fullness, particles, tally, block);
+            return update_all(InField<Law>{law}, material_index, gradient, dt, means, room, particles, tally, block);
+        update_all(law, material_index, gradient, dt, means, room, particles, tally, block);
       },
       material);
   tally.add_to(bounds);

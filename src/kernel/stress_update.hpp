@@ -10,19 +10,25 @@
 
 namespace bulkley {
 
+/// What is known of the room that particles have, by particle of the block; null: nothing.
+struct Room {
+  const double* fullness = nullptr;  ///< the mass around it over what there is room for
+  const double* missing = nullptr;   ///< how much less than full it is there, where there should be no room
+};
+
 /// Advances the particles with material index `material_index` in `block` by dt.
 /// Reads velocity gradient (field `gradient`: affine_velocity or velocity_gradient), left_cauchy_green, volume_ratio, the law's
 /// internal variables, reference_volume, id; of particles of a group in `means` the trace of the velocity gradient is the group's, and
-/// the volume ratio relaxes towards the group's first. `fullness`, unless null: by particle of the block, the mass around it over
-/// what there is room for; the volume ratio of a law that flows follows it (docs/theory.md, (V5)). Writes left_cauchy_green,
+/// the volume ratio relaxes towards the group's first. The volume ratio of a law that flows then follows `room` (docs/theory.md,
+/// (V5), (V6)). Writes left_cauchy_green,
 /// volume_ratio, internal variables, kirchhoff_stress if particles store it, and, where the law flows, plastic_shear_rate and plastic_dissipation. Merges
 /// into `bounds`: wave_speed, viscosity, stress_volume, smallest/largest_volume_ratio, n_not_finite, n_inverted, failed_id. A
 /// particle that fails (det(1 + dt L) <= 0, or a result that is not finite) is counted once and keeps its state. Other materials are
-/// not touched. The bits of a particle's result depend on that particle, its fullness and its group's means alone. Requires dt > 0.
+/// not touched. The bits of a particle's result depend on that particle, its room and its group's means alone. Requires dt > 0.
 /// Not collective.
 void stress_update(const Material& material, std::uint8_t material_index, Field gradient, double dt, ParticleSet& particles,
                    StepBounds& bounds, ParticleBlock block = {}, const CellMeans& means = {},
-                   const double* fullness = nullptr);
+                   const Room& room = {});
 
 /// The fields that particles of these materials need for internal variables and, unless it follows from their strain, their stress. Not
 /// collective.

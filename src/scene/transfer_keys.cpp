@@ -39,6 +39,10 @@ const config::Keys<TransferSettings>& keys(config::Of<TransferSettings>) {
                {.about = "Whose volume fluids and elastic solids keep in the explicit step: that of each particle, which "
                          "locks thin sheets and layers at curved walls, or that of a material's particles in a cell "
                          "together, as `imex` does in any case. `auto`: by cell for fluids, by particle for solids."})
+          .key("close_voids", &S::close_voids,
+               {.about = "Whether fluids that keep their volume by cell fill, as they are sheared, what their fronts leave empty between "
+                         "themselves and the face that they roll over, one on which their weight lies. They then reach less far on coarse "
+                         "cells."})
           .key("flip_ratio", &S::flip_ratio,
                {.about = "Weight of FLIP in the blend, per step.", .range = config::between(0.0, 1.0)})
           .only_with("scheme = \"blend\", damping_time = 0",

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Runs that are stopped - by signals to mpirun or to one rank, once or twice, during set-up or checkpoints, by the file
-STOP, by their wall time - end in order with a whole checkpoint and tell the command that goes on; that command ends where an
-uninterrupted run ends, bit for bit."""
+"""Runs that are stopped - by signals to mpirun, to one rank or to a run without mpirun, once or twice, during set-up or
+checkpoints, by the file STOP, by their wall time - end in order with a whole checkpoint and tell the command that goes on;
+that command ends where an uninterrupted run ends, bit for bit."""
 
 import json
 import os
@@ -30,8 +30,8 @@ class Run:
     def __init__(self, program, work, name, ranks, *more):
         self.folder = work / name
         self.name = name
-        command = [program.mpiexec, "-n", str(ranks), program.path, "run", "scene.toml", "--out", name, "--max-steps",
-                   str(STEPS), *more]
+        launcher = [program.mpiexec, "-n", str(ranks)] if ranks > 1 else []
+        command = [*launcher, program.path, "run", "scene.toml", "--out", name, "--max-steps", str(STEPS), *more]
         self.process = subprocess.Popen(command, cwd=work, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                                         stderr=subprocess.STDOUT, text=True, start_new_session=True)
 
@@ -125,6 +125,12 @@ class Stops:
         run.wait_for_rows(5)
         os.kill(run.ranks()[-1], number)
         self.expect_stop(run, "by a signal", 1)
+
+    def signal_without_mpirun(self):
+        run = self.run("signal_without_mpirun", 1, *OFTEN)
+        run.wait_for_rows(5)
+        run.process.send_signal(signal.SIGTERM)
+        self.expect_stop(run, "by a signal", 2)
 
     def signal_twice(self):
         run = self.run("signal_twice", 2, *OFTEN)
@@ -224,6 +230,7 @@ def main():
     stops.signal_to_mpirun()
     for number in (signal.SIGTERM, signal.SIGINT):
         stops.signal_to_one_rank(int(number))
+    stops.signal_without_mpirun()
     stops.signal_twice()
     stops.signal_during_checkpoints()
     stops.signal_during_set_up()

@@ -78,5 +78,58 @@ TEST(Crowding, WhatInflowsCarryIsSpared) {
   EXPECT_EQ(crowding.of_block()[2], 2.0);
 }
 
+// What is missing is that around fluid that presses on a floor within a cell of it; a lighter fluid's is by its own density.
+TEST(Crowding, VoidsAreAtFloors) {
+  Physics physics = physics_of_three();
+  physics.transfer.close_voids = true;
+  physics.shares_dilation = {0, 1, 1};
+  physics.gravity = {6.0, 0.0, -8.0};
+  const GridGeometry& grid = physics.grid;
+  const double dx = grid.cell_size;
+  struct Case {
+    int axis;
+    double coordinate;
+    std::uint8_t material;
+    double ratio, fullness, missing;
+  };
+  const double above = grid.lower[2] + 0.9 * dx;
+  const std::vector<Case> cases = {
+      {2, above, 2, 0.99, 0.5, 0.95 - 0.5 * 1.5 * 0.99},
+      {2, above, 1, 0.99, 0.25, 0.95 - 0.25 * 3.0 * 0.99},
+      {2, above, 2, 0.99, 0.65, 0.0},                              // full for its density
+      {2, above, 2, 1.0, 0.5, 0.0},                                // does not press
+      {2, grid.lower[2] + 1.1 * dx, 2, 0.99, 0.5, 0.0},            // too far
+      {2, grid.upper()[2] - 0.1 * dx, 2, 0.99, 0.5, 0.0},          // a ceiling
+      {0, grid.upper()[0] - 0.1 * dx, 2, 0.99, 0.5, 0.0},          // too steep
+  };
+  ParticleSet particles;
+  particles.resize(static_cast<LocalIndex>(cases.size()));
+  Crowding crowding(physics, block_size);
+  EXPECT_EQ(crowding.voids_of_material(0), nullptr) << "a solid";
+  ASSERT_NE(crowding.voids_of_material(1), nullptr);
+  for (std::size_t p = 0; p < cases.size(); ++p) {
+    for (int a = 0; a < 3; ++a) particles.real(Field::position, a)[p] = 0.5 * (grid.lower[a] + grid.upper()[a]);
+    particles.real(Field::position, cases[p].axis)[p] = cases[p].coordinate;
+    particles.material()[p] = cases[p].material;
+    particles.real(Field::volume_ratio)[p] = cases[p].ratio;
+    crowding.of_block()[p] = cases[p].fullness;
+  }
+  crowding.find_voids(particles, {0, block_size});
+  for (std::size_t p = 0; p < cases.size(); ++p) EXPECT_NEAR(crowding.voids_of_material(1)[p], cases[p].missing, 1e-15) << p;
+  std::vector<char> carried(cases.size(), 0);
+  carried[0] = 1;
+  crowding.spare(carried.data(), {0, block_size}, particles.size());
+  EXPECT_EQ(crowding.voids_of_material(1)[0], 0.0);
+  EXPECT_GT(crowding.voids_of_material(1)[1], 0.0);
+  physics.faces[4].kind = FaceKind::outflow;
+  Crowding open(physics, block_size);
+  std::fill_n(open.of_block(), block_size, 0.5);
+  open.find_voids(particles, {0, block_size});
+  EXPECT_EQ(open.voids_of_material(1)[0], 0.0) << "no floor";
+  physics.transfer.close_voids = false;
+  Crowding without(physics, block_size);
+  EXPECT_EQ(without.voids_of_material(1), nullptr);
+}
+
 }  // namespace
 }  // namespace bulkley::crowding_mpi_test
