@@ -11,6 +11,8 @@ namespace {
 
 constexpr double least_fullness = 0.95;  // of (V6)
 constexpr double floor_slope = 0.5;      // cosine squared of 45 degrees: steeper faces are no floors
+// Beyond 1 the explicit step would pull. The implicit pressure takes it for what a cell has to lose in the step.
+constexpr double largest_ratio = 1.0, largest_implicit_ratio = 1.01;
 
 bool takes_part(const Physics& physics, std::size_t m) {
   const bool of_cells = physics.volumetric_laws.empty() ? !physics.shares_dilation.empty() && physics.shares_dilation[m]
@@ -68,6 +70,10 @@ void Crowding::find_voids(const ParticleSet& particles, ParticleBlock block) {
       voids_[k] = std::max(0.0, least_fullness - fullness_[k] * lightness_[material[p]] * J[p]);
     }
   }
+}
+
+Room Crowding::room_of_material(std::size_t m) const {
+  return {of_material(m), voids_of_material(m), physics_.volumetric_laws.empty() ? largest_ratio : largest_implicit_ratio};
 }
 
 void Crowding::spare(const char* carried, ParticleBlock block, LocalIndex n_particles) {

@@ -7,6 +7,7 @@
 #include "distribution/exchange.hpp"
 #include "integrator/physics.hpp"
 #include "kernel/node_volume.hpp"
+#include "kernel/stress_update.hpp"
 
 namespace bulkley {
 
@@ -32,6 +33,8 @@ class Crowding {
   const double* of_material(std::size_t m) const { return takes_part_[m] ? fullness_.data() : nullptr; }
   /// Likewise, what is missing; null also without `close_voids`. Not collective.
   const double* voids_of_material(std::size_t m) const { return takes_part_[m] && !voids_.empty() ? voids_.data() : nullptr; }
+  /// Both, and how far voids may let a volume ratio grow. Not collective.
+  Room room_of_material(std::size_t m) const;
 
   std::size_t memory() const {
     return near_walls_.capacity() * sizeof(NodeVolume) + (fullness_.capacity() + voids_.capacity()) * sizeof(double) +

@@ -165,10 +165,10 @@ Pack crowded(Pack J, Pack fullness, const Tensor<Pack>& L, double dt) {
   return J / (1.0 + shear_of(L, dt) * minimum(decay_by_shear * (excess * excess), broadcast<Pack>(fastest_decay)));
 }
 
-// J of particles that have more room than it says: what is missing decays with the shear (V6).
-Pack spread(Pack J, Pack missing, const Tensor<Pack>& L, double dt) {
+// J of particles that have more room than it says: what is missing decays with the shear, as far as `most` allows (V6).
+Pack spread(Pack J, Pack missing, double most, const Tensor<Pack>& L, double dt) {
   if (!any(missing > broadcast<Pack>(0.0))) return J;
-  return J * (1.0 + shear_of(L, dt) * missing);
+  return minimum(J * (1.0 + shear_of(L, dt) * missing), maximum(J, broadcast<Pack>(most)));
 }
 
 // Flattened: every call below is inlined here, so that this file's floating-point options hold for all of it.
@@ -221,7 +221,7 @@ template <class Law>
     if constexpr (Law::flows) {
       Pack& J = state.volume_ratio;
       if (room.fullness) J = select(mine, crowded(J, load(room.fullness + (p - block.begin)), L, dt), J);
-      if (room.missing) J = select(mine, spread(J, load(room.missing + (p - block.begin)), L, dt), J);
+      if (room.missing) J = select(mine, spread(J, load(room.missing + (p - block.begin)), room.largest_ratio, L, dt), J);
     }
 
     Tensor<Pack> f;

@@ -116,6 +116,8 @@ TEST(Crowding, VoidsAreAtFloors) {
   }
   crowding.find_voids(particles, {0, block_size});
   for (std::size_t p = 0; p < cases.size(); ++p) EXPECT_NEAR(crowding.voids_of_material(1)[p], cases[p].missing, 1e-15) << p;
+  EXPECT_EQ(crowding.room_of_material(1).missing, crowding.voids_of_material(1));
+  EXPECT_EQ(crowding.room_of_material(1).largest_ratio, 1.0) << "no tension";
   std::vector<char> carried(cases.size(), 0);
   carried[0] = 1;
   crowding.spare(carried.data(), {0, block_size}, particles.size());
