@@ -94,9 +94,9 @@ class ViscousCurrent(Case):
                             label=f"{record['transfer']}, {1e3 * record['cell']:g} mm")
             axes.axhline(200 * RADIUS, color="0.5", lw=0.8, ls="-.")
             axes.set(xlabel="time [s]", ylabel="radius [cm]")
-            axes.legend(frameon=False, fontsize="small")
+            axes.legend(frameon=False, fontsize="small", loc="center left", bbox_to_anchor=(1.0, 0.5))
         sheet.picture(self.name, "Radius over time; bands of 3 and 6 %; the comparison begins above the dash-dotted line.",
-                      draw)
+                      draw, size=(7.0, 3.6))
 
 
 CASE = ViscousCurrent()
