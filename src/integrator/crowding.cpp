@@ -72,8 +72,9 @@ void Crowding::find_voids(const ParticleSet& particles, ParticleBlock block) {
   }
 }
 
-Room Crowding::room_of_material(std::size_t m) const {
-  return {of_material(m), voids_of_material(m), physics_.volumetric_laws.empty() ? largest_ratio : largest_implicit_ratio};
+Room Crowding::of_material(std::size_t m) const {
+  if (!takes_part_[m]) return {};
+  return {fullness_.data(), voids_.empty() ? nullptr : voids_.data(), physics_.volumetric_laws.empty() ? largest_ratio : largest_implicit_ratio};
 }
 
 void Crowding::spare(const char* carried, ParticleBlock block, LocalIndex n_particles) {

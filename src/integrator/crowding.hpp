@@ -29,12 +29,8 @@ class Crowding {
   void find_voids(const ParticleSet& particles, ParticleBlock block);
   /// Takes out of a block what inflows carry: `carried` by particle, or null. Not collective.
   void spare(const char* carried, ParticleBlock block, LocalIndex n_particles);
-  /// For the stress update of a material; null if it takes no part. Not collective.
-  const double* of_material(std::size_t m) const { return takes_part_[m] ? fullness_.data() : nullptr; }
-  /// Likewise, what is missing; null also without `close_voids`. Not collective.
-  const double* voids_of_material(std::size_t m) const { return takes_part_[m] && !voids_.empty() ? voids_.data() : nullptr; }
-  /// Both, and how far voids may let a volume ratio grow. Not collective.
-  Room room_of_material(std::size_t m) const;
+  /// For the stress update of a material; nothing if it takes no part. Not collective.
+  Room of_material(std::size_t m) const;
 
   std::size_t memory() const {
     return near_walls_.capacity() * sizeof(NodeVolume) + (fullness_.capacity() + voids_.capacity()) * sizeof(double) +

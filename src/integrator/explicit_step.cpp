@@ -264,7 +264,7 @@ void ExplicitStep::nodes_to_particles(double dt, StepBounds& local) {
       double begin = MPI_Wtime();
       for (std::size_t m = 0; m < physics.materials.size(); ++m) {
         stress_update(physics.materials[m].material, static_cast<std::uint8_t>(m), gradient, dt, particles, local, block,
-                      means, crowding_.room_of_material(m));
+                      means, crowding_.of_material(m));
         const double end = MPI_Wtime();
         parts_.material_seconds[m] += end - begin;
         begin = end;

@@ -30,8 +30,8 @@ TEST(Crowding, IsForFluidsThatKeepTheVolumeOfCells) {
     Crowding crowding(physics, block_size);
     std::vector<bool> result;
     for (std::size_t m = 0; m < 3; ++m) {
-      result.push_back(crowding.of_material(m) != nullptr);
-      EXPECT_TRUE(!result.back() || crowding.of_material(m) == crowding.of_block());
+      result.push_back(crowding.of_material(m).fullness != nullptr);
+      EXPECT_TRUE(!result.back() || crowding.of_material(m).fullness == crowding.of_block());
     }
     EXPECT_EQ(crowding.of_block() != nullptr, result[0] || result[1] || result[2]);
     return result;
@@ -105,8 +105,8 @@ TEST(Crowding, VoidsAreAtFloors) {
   ParticleSet particles;
   particles.resize(static_cast<LocalIndex>(cases.size()));
   Crowding crowding(physics, block_size);
-  EXPECT_EQ(crowding.voids_of_material(0), nullptr) << "a solid";
-  ASSERT_NE(crowding.voids_of_material(1), nullptr);
+  EXPECT_EQ(crowding.of_material(0).missing, nullptr) << "a solid";
+  ASSERT_NE(crowding.of_material(1).missing, nullptr);
   for (std::size_t p = 0; p < cases.size(); ++p) {
     for (int a = 0; a < 3; ++a) particles.real(Field::position, a)[p] = 0.5 * (grid.lower[a] + grid.upper()[a]);
     particles.real(Field::position, cases[p].axis)[p] = cases[p].coordinate;
@@ -115,22 +115,21 @@ TEST(Crowding, VoidsAreAtFloors) {
     crowding.of_block()[p] = cases[p].fullness;
   }
   crowding.find_voids(particles, {0, block_size});
-  for (std::size_t p = 0; p < cases.size(); ++p) EXPECT_NEAR(crowding.voids_of_material(1)[p], cases[p].missing, 1e-15) << p;
-  EXPECT_EQ(crowding.room_of_material(1).missing, crowding.voids_of_material(1));
-  EXPECT_EQ(crowding.room_of_material(1).largest_ratio, 1.0) << "no tension";
+  for (std::size_t p = 0; p < cases.size(); ++p) EXPECT_NEAR(crowding.of_material(1).missing[p], cases[p].missing, 1e-15) << p;
+  EXPECT_EQ(crowding.of_material(1).largest_ratio, 1.0) << "no tension";
   std::vector<char> carried(cases.size(), 0);
   carried[0] = 1;
   crowding.spare(carried.data(), {0, block_size}, particles.size());
-  EXPECT_EQ(crowding.voids_of_material(1)[0], 0.0);
-  EXPECT_GT(crowding.voids_of_material(1)[1], 0.0);
+  EXPECT_EQ(crowding.of_material(1).missing[0], 0.0);
+  EXPECT_GT(crowding.of_material(1).missing[1], 0.0);
   physics.faces[4].kind = FaceKind::outflow;
   Crowding open(physics, block_size);
   std::fill_n(open.of_block(), block_size, 0.5);
   open.find_voids(particles, {0, block_size});
-  EXPECT_EQ(open.voids_of_material(1)[0], 0.0) << "no floor";
+  EXPECT_EQ(open.of_material(1).missing[0], 0.0) << "no floor";
   physics.transfer.close_voids = false;
   Crowding without(physics, block_size);
-  EXPECT_EQ(without.voids_of_material(1), nullptr);
+  EXPECT_EQ(without.of_material(1).missing, nullptr);
 }
 
 }  // namespace

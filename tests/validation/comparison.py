@@ -200,7 +200,7 @@ def of_particles(plan):
 
 
 def closes_voids(plan):
-    """Whether fluids fill what fronts leave empty at faces, not as the program's default says."""
+    """Whether fluids fill what fronts leave empty on floors, not as the program's default says."""
     return plan.sets.get("transfer.close_voids") is True
 
 
