@@ -11,6 +11,7 @@ namespace {
 
 constexpr double least_fullness = 0.95;  // of (V6)
 constexpr double floor_slope = 0.5;      // cosine squared of 45 degrees: steeper faces are no floors
+constexpr double clear_cells = 2.0;      // from what moves, whose room is not known
 // Beyond 1 the explicit step would pull. The implicit pressure takes it for what a cell has to lose in the step.
 constexpr double largest_ratio = 1.0, largest_implicit_ratio = 1.01;
 
@@ -35,9 +36,18 @@ Crowding::Crowding(const Physics& physics, LocalIndex block_size) : physics_(phy
   for (int f = 0; f < 6; ++f) {
     const double towards = f % 2 == 0 ? -physics.gravity[f / 2] : physics.gravity[f / 2];
     if (behaviour(physics.faces[static_cast<std::size_t>(f)].kind).contact && towards > 0.0 &&
-        towards * towards >= floor_slope * physics.gravity.squaredNorm())
-      floors_.push_back({f / 2, f % 2 == 0 ? physics.grid.lower[f / 2] : physics.grid.upper()[f / 2]});
+        towards * towards >= floor_slope * physics.gravity.squaredNorm()) {
+      floors_.push_back({f / 2, f % 2 == 0 ? physics.grid.lower[f / 2] : physics.grid.upper()[f / 2], f % 2 == 0 ? 1.0 : -1.0});
+      slopes_[f / 2].resize(fullness_.size());
+    }
   }
+}
+
+Gathered Crowding::of_block() {
+  if (fullness_.empty()) return {};
+  Gathered gathered{fullness_.data()};
+  for (const Floor& floor : floors_) gathered.slope[floor.axis] = slopes_[floor.axis].data();
+  return gathered;
 }
 
 void Crowding::fit(const Exchange& exchange) {
@@ -53,7 +63,26 @@ void Crowding::find_fullness(std::span<const LocalIndex> active, Node* nodes) co
   for (const NodeVolume& near : near_walls_) nodes[near.node].c[3] /= near.part;
 }
 
-// Where densities differ, all that is there counts as if it were as light as the particle: then less is missing, never more.
+void Crowding::find_moving(double time, const RigidContact* bodies) {
+  if (voids_.empty()) return;
+  collider_poses_.clear();
+  for (const Collider& collider : physics_.colliders) collider_poses_.push_back(collider.motion.pose(time));
+  bodies_ = bodies;
+  if (bodies) body_poses_ = bodies->poses();
+}
+
+bool Crowding::near_moving(const Vec3& x) const {
+  const double clearance = clear_cells * physics_.grid.cell_size;
+  for (std::size_t c = 0; c < collider_poses_.size(); ++c) {
+    const Collider& collider = physics_.colliders[c];
+    if (collider.motion.moves() && signed_distance(collider.shape, collider_poses_[c], x) < clearance) return true;
+  }
+  return bodies_ && bodies_->any_within(clearance, x, body_poses_);
+}
+
+// A void has material over it: the fullness rises from the floor by what is missing. A film thinner than a cell is not full either, but
+// there it falls. Where densities differ, all that is there counts as if it were as light as the particle: then less is missing,
+// never more.
 void Crowding::find_voids(const ParticleSet& particles, ParticleBlock block) {
   if (voids_.empty()) return;
   const LocalIndex end = std::min(block.end, particles.size());
@@ -63,11 +92,14 @@ void Crowding::find_voids(const ParticleSet& particles, ParticleBlock block) {
   std::fill_n(voids_.begin(), end - block.begin, 0.0);
   for (const Floor& floor : floors_) {
     const double* const x = particles.real(Field::position, floor.axis);
+    const double* const slope = slopes_[floor.axis].data();
     for (LocalIndex p = block.begin; p < end; ++p) {
       const bool presses = stress ? stress[p] < 0.0 : J[p] < 1.0;
       if (!presses || std::abs(x[p] - floor.coordinate) >= physics_.grid.cell_size) continue;
       const auto k = static_cast<std::size_t>(p - block.begin);
-      voids_[k] = std::max(0.0, least_fullness - fullness_[k] * lightness_[material[p]] * J[p]);
+      const double lightness = lightness_[material[p]];
+      const double missing = std::min(least_fullness - lightness * fullness_[k] * J[p], lightness * floor.upwards * slope[k]);
+      if (missing > 0.0 && !near_moving(particles.vector(Field::position, p))) voids_[k] = missing;
     }
   }
 }

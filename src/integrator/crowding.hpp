@@ -6,6 +6,8 @@
 
 #include "distribution/exchange.hpp"
 #include "integrator/physics.hpp"
+#include "integrator/rigid_contact.hpp"
+#include "kernel/g2p.hpp"
 #include "kernel/node_volume.hpp"
 #include "kernel/stress_update.hpp"
 
@@ -22,10 +24,12 @@ class Crowding {
   /// collective.
   void find_fullness(std::span<const LocalIndex> active, Node* nodes) const;
 
-  /// Where g2p leaves the fullness around the particles of a block; null if no material takes part. Not collective.
-  double* of_block() { return fullness_.empty() ? nullptr : fullness_.data(); }
+  /// Where g2p leaves the fullness around the particles of a block; nowhere if no material takes part. Not collective.
+  Gathered of_block();
+  /// With `close_voids`: where moving colliders are at `time`, s, and rigid bodies, if there are any. Not collective.
+  void find_moving(double time, const RigidContact* bodies);
   /// With `close_voids`: finds how much is missing around particles of a block that press on a floor within a cell of them, a face on
-  /// which their weight lies. Once g2p has left their fullness and moved them. Not collective.
+  /// which their weight lies; nothing near what moves. Once g2p has left what it gathers and moved them. Not collective.
   void find_voids(const ParticleSet& particles, ParticleBlock block);
   /// Takes out of a block what inflows carry: `carried` by particle, or null. Not collective.
   void spare(const char* carried, ParticleBlock block, LocalIndex n_particles);
@@ -41,14 +45,20 @@ class Crowding {
   struct Floor {
     int axis;
     double coordinate;  ///< m
+    double upwards;     ///< 1 or -1 along the axis
   };
+
+  bool near_moving(const Vec3& x) const;
 
   const Physics& physics_;
   std::vector<char> takes_part_;        ///< by material
   std::vector<double> fullness_;        ///< of the particles of a block; empty if no material takes part
-  std::vector<double> voids_;           ///< likewise; empty also without `close_voids`
+  std::vector<double> slopes_[3];       ///< likewise, per cell; empty along axes without floors
+  std::vector<double> voids_;           ///< likewise; empty without `close_voids`
   std::vector<double> lightness_;       ///< by material, the largest density over its own
   std::vector<Floor> floors_;           ///< where voids are closed
+  std::vector<Pose> collider_poses_, body_poses_;  ///< of `find_moving`
+  const RigidContact* bodies_ = nullptr;
   std::vector<NodeVolume> near_walls_;  ///< owned nodes
   double inverse_full_mass_;            ///< of a node far from walls, 1/kg
 };

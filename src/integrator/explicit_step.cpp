@@ -73,6 +73,7 @@ StepReport ExplicitStep::step(const StepRequest& request, TimeStepState& state) 
   if (parts_.feeds.any())
     parts_.feeds.begin(request.time, report.plan.lands ? request.landing.value_or(sum) : sum, particles.particles(),
                        parts_.contact.no_impulses());
+  crowding_.find_moving(request.time, parts_.contact.rigid_bodies());
   nodes_to_particles(report.plan.dt, local);
   report.bounds = particles.finish_move(local);
   if (report.bounds.failed()) return report;

@@ -73,15 +73,25 @@ double RigidContact::reach(const RigidBody& body) const {
   return physics_.keeps_volume_of_cells() ? 0.6 * physics_.grid.cell_size : reach_of_hold(physics_.grid, body);
 }
 
+// Of a body's surface; infinite where that is farther away than `clearance` by the body's size.
+double RigidContact::distance_within(double clearance, std::size_t body, const Vec3& x, const Pose& pose) const {
+  const Vec3 arm = nearest_arm(physics_.grid, states_[body].center, x);
+  if (!(arm.norm() <= starts_[body].reach + clearance)) return std::numeric_limits<double>::infinity();
+  return signed_distance(bodies_[body].shape, pose, states_[body].center + arm);
+}
+
+bool RigidContact::any_within(double clearance, const Vec3& x, std::span<const Pose> poses) const {
+  for (std::size_t b = 0; b < bodies_.size(); ++b)
+    if (distance_within(clearance, b, x, poses[b]) < clearance) return true;
+  return false;
+}
+
 // A node within the reach of several bodies is of the one in which it is deepest.
 std::optional<NodeConstraint> RigidContact::held_at(const Vec3& x, std::span<const Pose> poses) const {
   double deepest = std::numeric_limits<double>::infinity();
   std::optional<std::size_t> owner;
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
-    const double hold = reach(bodies_[b]);
-    const Vec3 arm = nearest_arm(physics_.grid, states_[b].center, x);
-    if (!(arm.norm() <= starts_[b].reach + hold)) continue;
-    const double distance = signed_distance(bodies_[b].shape, poses[b], states_[b].center + arm);
+    const double hold = reach(bodies_[b]), distance = distance_within(hold, b, x, poses[b]);
     if (distance <= hold && distance < deepest) {
       deepest = distance;
       owner = b;

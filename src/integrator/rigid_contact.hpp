@@ -33,6 +33,8 @@ class RigidContact {
   /// The parts of `merge`, for who solves for the motion of nodes and bodies together. What the body that is deepest at `x` would do to a
   /// node there, without its number and velocity; none where no body holds it. `poses`: those of `poses()`. Not collective.
   std::optional<NodeConstraint> held_at(const Vec3& x, std::span<const Pose> poses) const;
+  /// Whether a body's surface is within `clearance` of `x`, or beyond it, m. `poses`: those of `poses()`. Not collective.
+  bool any_within(double clearance, const Vec3& x, std::span<const Pose> poses) const;
   /// Sums of all bodies before any node; adds a node that one holds, {v, m}. Not collective.
   ExactSums no_sums() const;
   void add_node(const NodeConstraint& constraint, const Node& node, ExactSums& sums) const {
@@ -118,6 +120,7 @@ class RigidContact {
   std::vector<Vec6> find_motions(const std::vector<Pushed>& pushed, double dt, const Node* nodes);
   void keep_contacts(const std::vector<Vec6>& motions, const Node* nodes);
   double reach(const RigidBody& body) const;
+  double distance_within(double clearance, std::size_t body, const Vec3& x, const Pose& pose) const;
   Pushed pushed(std::size_t body, double time, const GridUpdate& update);
   MergedBody merged(std::size_t body, const Pushed& pushed, double dt, const ExactSums& sums) const;
   void try_motion(std::size_t body, const Pushed& driven, double dt);

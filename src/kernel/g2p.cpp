@@ -145,7 +145,7 @@ struct Arguments {
   double dt;
   double kept_share;  // of the residual
   const NodeType* nodes;
-  double* gathered = nullptr;  // by particle of the block
+  Gathered gathered = {};
 };
 
 // What the nodes give to n_lanes particles, from the sums of the batch: v, C_p and L_p (row-major).
@@ -329,8 +329,7 @@ class Update {
   }
 
   void operator()(LocalIndex p, LocalIndex place, int b, int n, const Batch<order, NodeOf<kept>>& batch) {
-    if (arg_.gathered)
-      for (int lane = 0; lane < n_lanes; ++lane) arg_.gathered[place + lane] = batch.velocity[b + lane][0][3];
+    leave_gathered(place, b, batch);
     mass_.prefetch(p + prefetch_distance);
     velocity_.prefetch(p + prefetch_distance);
     if constexpr (moments) affine_velocity_.prefetch(p + prefetch_distance);
@@ -379,6 +378,24 @@ class Update {
   }
 
  private:
+  void leave_gathered(LocalIndex place, int b, const Batch<order, NodeOf<kept>>& batch) {
+    const Gathered& gathered = arg_.gathered;
+    if (!gathered.value) return;
+    for (int lane = 0; lane < n_lanes; ++lane) gathered.value[place + lane] = batch.velocity[b + lane][0][3];
+    for (int a = 0; a < 3; ++a) {
+      if (!gathered.slope[a]) continue;
+      for (int lane = 0; lane < n_lanes; ++lane) {
+        double& slope = gathered.slope[a][place + lane];
+        if constexpr (moments) {
+          const double distance = batch.distance[a][b / n_lanes][lane] - 1.0;
+          slope = inverse_second_moment(order) * (batch.moment[b + lane][a][0][3] - distance * gathered.value[place + lane]);
+        } else {
+          slope = batch.gradient[b + lane][a][0][3];
+        }
+      }
+    }
+  }
+
   const Arguments<NodeOf<kept>>& arg_;
   const GlobalIndex* id_;
   MassColumn mass_;
@@ -425,7 +442,7 @@ void measure_all(const Arguments<NodeType>& arg, const ParticleSet& particles, c
 template <class NodeType>
 Arguments<NodeType> arguments(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout,
                               const CellMap& map, double dt, double kept_share, const NodeType* nodes,
-                              double* gathered = nullptr) {
+                              const Gathered& gathered = {}) {
   return {CellFrame(grid), grid.cell_size, transfer, layout.row_offsets().data(), map.cell.data(), dt,
           kept_share,      nodes,          gathered};
 }
@@ -433,7 +450,7 @@ Arguments<NodeType> arguments(const GridGeometry& grid, const TransferSettings& 
 }  // namespace
 
 void g2p(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const CellMap& map, double dt,
-         const Node* nodes, ParticleSet& particles, StepBounds& bounds, ParticleBlock block, double* gathered) {
+         const Node* nodes, ParticleSet& particles, StepBounds& bounds, ParticleBlock block, const Gathered& gathered) {
   BULKLEY_ASSERT(!transfer.keeps_residual());
   BULKLEY_ASSERT(transfer.needs_velocity_gradient() == particles.has(Field::velocity_gradient));
   const auto arg = arguments(grid, transfer, layout, map, dt, 0.0, nodes, gathered);
@@ -444,7 +461,7 @@ void g2p(const GridGeometry& grid, const TransferSettings& transfer, const PoolL
 
 void g2p(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const CellMap& map, double dt,
          double kept_share, const NodePair* nodes, ParticleSet& particles, StepBounds& bounds, ParticleBlock block,
-         double* gathered) {
+         const Gathered& gathered) {
   BULKLEY_ASSERT(transfer.keeps_residual());
   BULKLEY_ASSERT(transfer.needs_velocity_gradient() == particles.has(Field::velocity_gradient));
   const auto arg = arguments(grid, transfer, layout, map, dt, kept_share, nodes, gathered);

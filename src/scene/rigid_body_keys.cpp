@@ -126,8 +126,6 @@ void join_rigid_bodies(const config::Value& root, Scene& scene, config::Faults& 
   if (scene.time_stepping.integrator == IntegratorKind::imex && scene.time_stepping.pressure.solver == PressureSolver::petsc)
     faults.add(list->place,
                "'rigid_bodies' needs time.pressure.solver = \"cg\": the matrix that PETSc gets has no rows of bodies");
-  if (scene.transfer.close_voids)
-    faults.add(list->place, "'rigid_bodies' needs transfer.close_voids = false: the room that bodies take is not known, and would pass for voids");
 }
 
 }  // namespace bulkley

@@ -70,14 +70,18 @@ void use_one_convention(Scene& before, Scene& now) {
     }
 }
 
-// A complete scene of a version without transfer.dilation: its fluids kept their volume particle by particle.
-void use_dilation_of_then(const std::string& before, Scene& old) {
+// A complete scene of a version without transfer.dilation or close_voids: its fluids kept their volume particle by particle, and left
+// voids at floors.
+void use_fluids_of_then(const std::string& before, Scene& old) {
   const Leaves leaves = leaves_of(before);
-  if (!find(leaves, "transfer.scheme") || find(leaves, "transfer.dilation")) return;
+  if (!find(leaves, "transfer.scheme")) return;
   const bool fluids = std::ranges::any_of(old.materials, [](const NamedMaterial& named) {
     return flows(named.material) && volumetric_law(named.material).has_value();
   });
-  if (fluids && old.time_stepping.integrator == IntegratorKind::explicit_step) old.transfer.dilation = Dilation::particle;
+  if (!fluids) return;
+  if (!find(leaves, "transfer.close_voids")) old.transfer.close_voids = false;
+  if (!find(leaves, "transfer.dilation") && old.time_stepping.integrator == IntegratorKind::explicit_step)
+    old.transfer.dilation = Dilation::particle;
 }
 
 // Both scenes as this version prints them, which adds the keys that it has and an older one had not.
@@ -85,7 +89,7 @@ std::pair<std::string, std::string> comparable_texts(const std::string& before, 
   try {
     Scene old = parse_scene(before, "scene", {}), present = now;
     use_one_convention(old, present);
-    use_dilation_of_then(before, old);
+    use_fluids_of_then(before, old);
     return {effective_text(old), effective_text(present)};
   } catch (const UsageError&) {
     return {before, now.effective_text};

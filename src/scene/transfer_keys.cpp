@@ -41,8 +41,8 @@ const config::Keys<TransferSettings>& keys(config::Of<TransferSettings>) {
                          "together, as `imex` does in any case. `auto`: by cell for fluids, by particle for solids."})
           .key("close_voids", &S::close_voids,
                {.about = "Whether fluids that keep their volume by cell fill, as they are sheared, what their fronts leave empty between "
-                         "themselves and the face that they roll over, one on which their weight lies. They then reach less far on coarse "
-                         "cells."})
+                         "themselves and the face that they roll over, one on which their weight lies. If not, they reach too far on "
+                         "coarse cells."})
           .key("flip_ratio", &S::flip_ratio,
                {.about = "Weight of FLIP in the blend, per step.", .range = config::between(0.0, 1.0)})
           .only_with("scheme = \"blend\", damping_time = 0",

@@ -175,8 +175,6 @@ INPUT_CASES = [
     value("rigid_body_petsc", "end = 0.01\n", 'end = 0.01\nintegrator = "imex"\npressure = { solver = "petsc" }\n'
           + rigid_body(0.02, [0.03, 0.03, 0.03]).removeprefix("at_end = true") + "\n",
           PLACE + r"'rigid_bodies' needs time\.pressure\.solver = \"cg\""),
-    value("rigid_body_close_voids", "end = 0.01\n", "end = 0.01\n[transfer]\nclose_voids = true\n"
-          + rigid_body(0.02, [0.03, 0.03, 0.03]).removeprefix("at_end = true") + "\n", PLACE + r"'rigid_bodies' needs transfer\.close_voids = false"),
     value("rigid_body_friction_that_slips", "at_end = true",
           rigid_body(0.02, [0.03, 0.03, 0.03], 'mass = 1\ncontact = "slip"\nmaterial_friction = 0.3'),
           PLACE + r"'rigid_bodies\.0\.material_friction'.*contact = \"separating\""),

@@ -30,7 +30,7 @@ from study import Run, commit, machine, toml  # noqa: E402
 DIGITS = 5                            # significant digits of what records keep
 TRANSFERS = ("", "moment_flip", "apic")  # schemes of long runs; empty: the program's default
 OF_PARTICLES = ", particle"           # follows the transfer of records of runs with transfer.dilation = "particle"
-VOIDS_CLOSED = ", voids closed"       # likewise with transfer.close_voids = true
+VOIDS_OPEN = ", voids open"           # likewise with transfer.close_voids = false, as all runs were before 1 December 2026
 TRUE_MODULUS = 2.2e9                  # Pa, bulk modulus of water
 # What limits the time step in an implicit run, with the program's defaults.
 LIMITS = {"time.cfl": 0.5, "time.elastic_cfl": 0.4, "time.viscous_cfl": 0.5, "time.deformation_limit": 0.1}
@@ -187,7 +187,7 @@ def record_of(case, run, plan, default, program):
     """What is kept of a run of a program whose default transfer is `default`."""
     scene = tomllib.loads((run.folder / "scene.toml").read_text(encoding="utf-8"))
     history = run.history()
-    return {"key": plan.key, "transfer": scene["transfer"]["scheme"] + OF_PARTICLES * of_particles(plan) + VOIDS_CLOSED * closes_voids(plan), "default_transfer": default,
+    return {"key": plan.key, "transfer": scene["transfer"]["scheme"] + OF_PARTICLES * of_particles(plan) + VOIDS_OPEN * leaves_voids(plan), "default_transfer": default,
             "date": datetime.datetime.now(datetime.timezone.utc).strftime("%Y-%m-%d %H:%M"), "commit": commit(program), "machine": machine(),
             "integrator": scene["time"]["integrator"], "seconds": round(run.seconds), "steps": int(history["step"][-1]),
             "particles": int(history["particles"][0]), "smallest_volume_ratio": rounded(history["min_volume_ratio"].min()),
@@ -199,9 +199,9 @@ def of_particles(plan):
     return plan.sets.get("transfer.dilation") == "particle"
 
 
-def closes_voids(plan):
-    """Whether fluids fill what fronts leave empty on floors, not as the program's default says."""
-    return plan.sets.get("transfer.close_voids") is True
+def leaves_voids(plan):
+    """Whether fluids leave empty what fronts do on floors, not as the program's default says."""
+    return plan.sets.get("transfer.close_voids") is False
 
 
 def integrator_of(record):
@@ -250,13 +250,15 @@ def main(case):
         parser.add_argument("--only", default="", help="make only the runs whose key matches this regular expression")
         parser.add_argument("--transfer", default="", help="transfer scheme of all runs; default: as the case plans")
         parser.add_argument("--dilation", default="", help="transfer.dilation of all runs; default: the program's")
-        parser.add_argument("--close-voids", action="store_true", help="transfer.close_voids of all runs")
+        parser.add_argument("--leave-voids", action="store_true", help="all runs with transfer.close_voids = false")
         parser.add_argument("--ranks", type=int, default=1)
         parser.add_argument("--keep", action="store_true", help="keep frames and checkpoints")
         parser.add_argument("--list", action="store_true", help="print the keys of the runs and end")
     arguments = parse_arguments(f"{case.title}. {case.source}", add)
     planned = case.imex_plans(arguments.long) if arguments.imex else case.plans(arguments.long)
     plans = [plan for plan in planned if re.search(arguments.only, plan.key)]
+    if not plans:
+        fail(f"no run of {case.name} matches '{arguments.only}'; --list tells them")
     if arguments.list:
         print("\n".join(f"{plan.key}{', ' if plan.transfer else ''}{plan.transfer}" for plan in plans))
         return
@@ -273,8 +275,8 @@ def main(case):
         made.add((plan.key, plan.transfer))
         if arguments.dilation:
             plan.sets = {**plan.sets, "transfer.dilation": arguments.dilation}
-        if arguments.close_voids:
-            plan.sets = {**plan.sets, "transfer.close_voids": True}
+        if arguments.leave_voids:
+            plan.sets = {**plan.sets, "transfer.close_voids": False}
         record = case.execute(plan, program, work, arguments, default)
         if arguments.imex and not is_imex(record):
             fail(f"{plan.key} ran with the explicit step")

@@ -9,7 +9,7 @@ import numpy
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 import films  # noqa: E402
-from comparison import OF_PARTICLES, TRANSFERS, TRUE_MODULUS, VOIDS_CLOSED, Case, is_imex, main, schemes_of  # noqa: E402
+from comparison import OF_PARTICLES, TRANSFERS, TRUE_MODULUS, VOIDS_OPEN, Case, is_imex, main, schemes_of  # noqa: E402
 
 # Least squares of the relative error to the measured flow curves at 23 C over 1 to 100 1/s, the same range for all fluids:
 # yield stress, Pa; consistency, Pa s^n; flow index.
@@ -168,9 +168,9 @@ class FilmedDams(Case):
             sheet.gate(f"mean signed error of frame 8, {len(finals[FINE])} boxes{', imex' if imex else ''}",
                        float(numpy.mean(finals[FINE])), MEAN)
         sheet.say((f"Implicit pressure (`imex`) with the bulk modulus of water, {TRUE_MODULUS / 1e9:g} GPa, and the shear modulus of the "
-                   f"softened fluid; transfer `{scheme.removesuffix(VOIDS_CLOSED)}`" if imex else
-                   f"Transfer `{scheme.removesuffix(OF_PARTICLES).removesuffix(VOIDS_CLOSED)}`" + OF_PARTICLES_SAID * (OF_PARTICLES in scheme))
-                  + " with `transfer.close_voids = true`" * (VOIDS_CLOSED in scheme)
+                   f"softened fluid; transfer `{scheme.removesuffix(VOIDS_OPEN)}`" if imex else
+                   f"Transfer `{scheme.removesuffix(OF_PARTICLES).removesuffix(VOIDS_OPEN)}`" + OF_PARTICLES_SAID * (OF_PARTICLES in scheme))
+                  + " with `transfer.close_voids = false`" * (VOIDS_OPEN in scheme)
                   + (" (the program's default)" if gated else "") + ", errors over the film's reach in frame 8"
                   + (f"; mean of frame 8 {', '.join(means)}" if means else "") + ":")
         sheet.table(["film", "cells", "worst of frames 3 to 8", "frame 8", "the same in sigma", "t0", "worst with t0",
