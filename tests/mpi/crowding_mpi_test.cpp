@@ -31,9 +31,9 @@ TEST(Crowding, IsForFluidsThatKeepTheVolumeOfCells) {
     std::vector<bool> result;
     for (std::size_t m = 0; m < 3; ++m) {
       result.push_back(crowding.of_material(m).fullness != nullptr);
-      EXPECT_TRUE(!result.back() || crowding.of_material(m).fullness == crowding.of_block());
+      EXPECT_TRUE(!result.back() || crowding.of_material(m).fullness == crowding.of_block().value);
     }
-    EXPECT_EQ(crowding.of_block() != nullptr, result[0] || result[1] || result[2]);
+    EXPECT_EQ(crowding.of_block().value != nullptr, result[0] || result[1] || result[2]);
     return result;
   };
   EXPECT_EQ(takes_part(), std::vector({false, false, false})) << "volumes by particles";
@@ -67,69 +67,126 @@ TEST(Crowding, WhatInflowsCarryIsSpared) {
   Crowding crowding(physics, block_size);
   std::vector<char> carried(40, 0);
   carried[17] = carried[20] = carried[33] = 1;
-  std::fill_n(crowding.of_block(), block_size, 2.0);
+  std::fill_n(crowding.of_block().value, block_size, 2.0);
   crowding.spare(nullptr, {16, 32}, 40);
-  EXPECT_EQ(crowding.of_block()[1], 2.0);
+  EXPECT_EQ(crowding.of_block().value[1], 2.0);
   crowding.spare(carried.data(), {16, 32}, 40);
-  for (int p = 0; p < block_size; ++p) EXPECT_EQ(crowding.of_block()[p], p == 1 || p == 4 ? 0.0 : 2.0) << p;
-  std::fill_n(crowding.of_block(), block_size, 2.0);
+  for (int p = 0; p < block_size; ++p) EXPECT_EQ(crowding.of_block().value[p], p == 1 || p == 4 ? 0.0 : 2.0) << p;
+  std::fill_n(crowding.of_block().value, block_size, 2.0);
   crowding.spare(carried.data(), {32, 48}, 34);
-  EXPECT_EQ(crowding.of_block()[1], 0.0);
-  EXPECT_EQ(crowding.of_block()[2], 2.0);
+  EXPECT_EQ(crowding.of_block().value[1], 0.0);
+  EXPECT_EQ(crowding.of_block().value[2], 2.0);
 }
 
-// What is missing is that around fluid that presses on a floor within a cell of it; a lighter fluid's is by its own density.
+// A place at a floor of `VoidsAreAtFloors`.
+struct Place {
+  int axis;
+  double coordinate;  // m
+  std::uint8_t material;
+  double ratio, fullness, slope, missing;
+};
+
+ParticleSet particles_at(const std::vector<Place>& places, const GridGeometry& grid) {
+  ParticleSet particles;
+  particles.resize(static_cast<LocalIndex>(places.size()));
+  for (std::size_t p = 0; p < places.size(); ++p) {
+    for (int a = 0; a < 3; ++a) particles.real(Field::position, a)[p] = 0.5 * (grid.lower[a] + grid.upper()[a]);
+    particles.real(Field::position, places[p].axis)[p] = places[p].coordinate;
+    particles.material()[p] = places[p].material;
+    particles.real(Field::volume_ratio)[p] = places[p].ratio;
+  }
+  return particles;
+}
+
+// As g2p would leave it, along z.
+void leave(const std::vector<Place>& places, Crowding& crowding) {
+  const Gathered gathered = crowding.of_block();
+  for (std::size_t p = 0; p < places.size(); ++p) {
+    gathered.value[p] = places[p].fullness;
+    if (gathered.slope[2]) gathered.slope[2][p] = places[p].slope;
+  }
+}
+
+// What is missing is that around fluid that presses on a floor within a cell of it and has material over it; a lighter fluid's is by its
+// own density.
 TEST(Crowding, VoidsAreAtFloors) {
   Physics physics = physics_of_three();
-  physics.transfer.close_voids = true;
   physics.shares_dilation = {0, 1, 1};
   physics.gravity = {6.0, 0.0, -8.0};
   const GridGeometry& grid = physics.grid;
-  const double dx = grid.cell_size;
-  struct Case {
-    int axis;
-    double coordinate;
-    std::uint8_t material;
-    double ratio, fullness, missing;
+  const double dx = grid.cell_size, above = grid.lower[2] + 0.9 * dx;
+  const std::vector<Place> places = {
+      {2, above, 2, 0.99, 0.5, 0.4, 0.95 - 0.5 * 1.5 * 0.99},
+      {2, above, 1, 0.99, 0.25, 0.4, 0.95 - 0.25 * 3.0 * 0.99},
+      {2, above, 2, 0.99, 0.5, 0.1, 0.1 * 1.5},                   // no more than what is above has in addition
+      {2, above, 2, 0.99, 0.5, -0.1, 0.0},                        // a film thinner than a cell
+      {2, above, 2, 0.99, 0.65, 0.4, 0.0},                        // full for its density
+      {2, above, 2, 1.0, 0.5, 0.4, 0.0},                          // does not press
+      {2, grid.lower[2] + 1.1 * dx, 2, 0.99, 0.5, 0.4, 0.0},      // too far
+      {2, grid.upper()[2] - 0.1 * dx, 2, 0.99, 0.5, -0.4, 0.0},   // a ceiling
+      {0, grid.upper()[0] - 0.1 * dx, 2, 0.99, 0.5, 0.4, 0.0},    // too steep
   };
-  const double above = grid.lower[2] + 0.9 * dx;
-  const std::vector<Case> cases = {
-      {2, above, 2, 0.99, 0.5, 0.95 - 0.5 * 1.5 * 0.99},
-      {2, above, 1, 0.99, 0.25, 0.95 - 0.25 * 3.0 * 0.99},
-      {2, above, 2, 0.99, 0.65, 0.0},                              // full for its density
-      {2, above, 2, 1.0, 0.5, 0.0},                                // does not press
-      {2, grid.lower[2] + 1.1 * dx, 2, 0.99, 0.5, 0.0},            // too far
-      {2, grid.upper()[2] - 0.1 * dx, 2, 0.99, 0.5, 0.0},          // a ceiling
-      {0, grid.upper()[0] - 0.1 * dx, 2, 0.99, 0.5, 0.0},          // too steep
-  };
-  ParticleSet particles;
-  particles.resize(static_cast<LocalIndex>(cases.size()));
+  const ParticleSet particles = particles_at(places, grid);
   Crowding crowding(physics, block_size);
   EXPECT_EQ(crowding.of_material(0).missing, nullptr) << "a solid";
   ASSERT_NE(crowding.of_material(1).missing, nullptr);
-  for (std::size_t p = 0; p < cases.size(); ++p) {
-    for (int a = 0; a < 3; ++a) particles.real(Field::position, a)[p] = 0.5 * (grid.lower[a] + grid.upper()[a]);
-    particles.real(Field::position, cases[p].axis)[p] = cases[p].coordinate;
-    particles.material()[p] = cases[p].material;
-    particles.real(Field::volume_ratio)[p] = cases[p].ratio;
-    crowding.of_block()[p] = cases[p].fullness;
-  }
+  EXPECT_EQ(crowding.of_block().slope[0], nullptr) << "no floor along x";
+  leave(places, crowding);
   crowding.find_voids(particles, {0, block_size});
-  for (std::size_t p = 0; p < cases.size(); ++p) EXPECT_NEAR(crowding.of_material(1).missing[p], cases[p].missing, 1e-15) << p;
+  for (std::size_t p = 0; p < places.size(); ++p) EXPECT_NEAR(crowding.of_material(1).missing[p], places[p].missing, 1e-15) << p;
   EXPECT_EQ(crowding.of_material(1).largest_ratio, 1.0) << "no tension";
-  std::vector<char> carried(cases.size(), 0);
+  std::vector<char> carried(places.size(), 0);
   carried[0] = 1;
   crowding.spare(carried.data(), {0, block_size}, particles.size());
   EXPECT_EQ(crowding.of_material(1).missing[0], 0.0);
   EXPECT_GT(crowding.of_material(1).missing[1], 0.0);
   physics.faces[4].kind = FaceKind::outflow;
   Crowding open(physics, block_size);
-  std::fill_n(open.of_block(), block_size, 0.5);
+  leave(places, open);
   open.find_voids(particles, {0, block_size});
   EXPECT_EQ(open.of_material(1).missing[0], 0.0) << "no floor";
   physics.transfer.close_voids = false;
   Crowding without(physics, block_size);
   EXPECT_EQ(without.of_material(1).missing, nullptr);
+}
+
+// An upper face is a floor where gravity says so, and fullness rises along -z.
+TEST(Crowding, VoidsAreAtFloorsOverhead) {
+  Physics physics = physics_of_three();
+  physics.shares_dilation = {0, 1, 1};
+  physics.gravity = {0.0, 0.0, 9.81};
+  const double below = physics.grid.upper()[2] - 0.5 * physics.grid.cell_size;
+  const std::vector<Place> places = {{2, below, 2, 0.99, 0.5, -0.1, 0.15}, {2, below, 2, 0.99, 0.5, 0.1, 0.0}};
+  const ParticleSet particles = particles_at(places, physics.grid);
+  Crowding crowding(physics, block_size);
+  leave(places, crowding);
+  crowding.find_voids(particles, {0, block_size});
+  for (std::size_t p = 0; p < places.size(); ++p) EXPECT_NEAR(crowding.of_material(1).missing[p], places[p].missing, 1e-15) << p;
+}
+
+// The room that they take is not known.
+TEST(Crowding, ThereAreNoVoidsBesideMovingColliders) {
+  Physics physics = physics_of_three();
+  physics.shares_dilation = {0, 1, 1};
+  physics.gravity = {0.0, 0.0, -9.81};
+  const double dx = physics.grid.cell_size, z = physics.grid.lower[2] + 0.5 * dx;
+  const std::vector<Place> places = {{2, z, 2, 0.99, 0.5, 0.4, 0.95 - 0.5 * 1.5 * 0.99}};
+  const ParticleSet particles = particles_at(places, physics.grid);
+  const Vec3 place = particles.vector(Field::position, 0);
+  const auto missing = [&](const Vec3& velocity, double cells, double time) {
+    Collider ball{"ball", Sphere{place + Vec3((cells + 1.0) * dx, 0.0, 0.0), dx}};
+    ball.motion.velocity = velocity;
+    physics.colliders = {ball};
+    Crowding crowding(physics, block_size);
+    leave(places, crowding);
+    crowding.find_moving(time, nullptr);
+    crowding.find_voids(particles, {0, block_size});
+    return crowding.of_material(1).missing[0];
+  };
+  EXPECT_EQ(missing({1.0, 0.0, 0.0}, 1.9, 0.0), 0.0);
+  EXPECT_GT(missing({1.0, 0.0, 0.0}, 2.1, 0.0), 0.0);
+  EXPECT_GT(missing({1.0, 0.0, 0.0}, 1.9, 0.5 * dx), 0.0) << "it has moved away";
+  EXPECT_GT(missing(Vec3::Zero(), 1.9, 0.0), 0.0) << "at rest, its room is known";
 }
 
 }  // namespace

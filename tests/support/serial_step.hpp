@@ -132,7 +132,7 @@ class SerialStep {
   }
 
   /// The kernel g2p on a block.
-  void gather(double dt, ParticleBlock block = {}, double* gathered = nullptr) {
+  void gather(double dt, ParticleBlock block = {}, const Gathered& gathered = {}) {
     if (!split()) return g2p(scene.grid, scene.transfer, layout, map, dt, nodes.data(), particles, bounds, block, gathered);
     std::vector<NodePair> pairs;
     for (std::size_t n = 0; n < nodes.size(); ++n) pairs.push_back({nodes[n], impulse[n]});

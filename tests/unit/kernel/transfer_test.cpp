@@ -423,7 +423,7 @@ TEST(Transfer, BaseNodesAgreeAtTheEdgesOfCells) {
 }
 
 // The weights reproduce linear functions.
-TEST(GridToParticles, GathersTheNodesFourthNumberByPlaceInTheBlock) {
+TEST(GridToParticles, GathersTheNodesFourthNumberAndItsSlopeByPlaceInTheBlock) {
   const Vec3 slope(3.0, -2.0, 0.5);
   for (const TransferSettings& transfer : all_transfers()) {
     SerialStep run(open_scene(transfer), random_particles(open_scene(transfer), 203, 5, true));
@@ -434,10 +434,15 @@ TEST(GridToParticles, GathersTheNodesFourthNumberByPlaceInTheBlock) {
     for (LocalIndex p = 0; p < run.particles.size(); ++p)
       expected.push_back(1.0 + slope.dot(run.particles.vector(Field::position, p)));
     for (const ParticleBlock block : {ParticleBlock{0, 96}, ParticleBlock{96, 300}}) {
-      std::vector<double> gathered(static_cast<std::size_t>(block.end - block.begin) + n_lanes, -1.0);
-      run.gather(1e-3, block, gathered.data());
-      for (LocalIndex p = block.begin; p < std::min(block.end, run.particles.size()); ++p)
-        EXPECT_NEAR(gathered[static_cast<std::size_t>(p - block.begin)], expected[static_cast<std::size_t>(p)], 1e-13) << p;
+      const std::size_t size = static_cast<std::size_t>(block.end - block.begin) + n_lanes;
+      std::vector<double> value(size, -1.0), along_x(size), along_z(size);
+      run.gather(1e-3, block, {value.data(), {along_x.data(), nullptr, along_z.data()}});
+      for (LocalIndex p = block.begin; p < std::min(block.end, run.particles.size()); ++p) {
+        const auto place = static_cast<std::size_t>(p - block.begin);
+        EXPECT_NEAR(value[place], expected[static_cast<std::size_t>(p)], 1e-13) << p;
+        EXPECT_NEAR(along_x[place], slope[0] * run.scene.grid.cell_size, 1e-12) << p;
+        EXPECT_NEAR(along_z[place], slope[2] * run.scene.grid.cell_size, 1e-12) << p;
+      }
     }
   }
 }

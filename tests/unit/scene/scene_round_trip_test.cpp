@@ -89,19 +89,29 @@ TEST(SceneDifferences, FlowsAreComparedInOneConvention) {
             "materials.fluid.sigma_Y:");
 }
 
-// Checkpoints of versions without transfer.dilation: only where a fluid would go on with another one.
-TEST(SceneDifferences, FluidsOfThenKeptTheVolumeOfParticles) {
-  const auto changed = [](const std::string& text, const std::vector<std::string>& overrides) {
+// Checkpoints of versions without transfer.dilation and close_voids: only where a fluid would go on with others.
+TEST(SceneDifferences, FluidsOfThenKeptTheVolumeOfParticlesAndLeftVoids) {
+  const auto changed = [](const std::string& text, const std::vector<std::string>& overrides, bool before_dilation = true) {
     const Scene scene = parsed(text, overrides);
-    const std::string& now = scene.effective_text;
-    const std::size_t line = now.find("\ndilation = ");
-    return scene_differences(now.substr(0, line) + now.substr(now.find('\n', line + 1)), scene);
+    std::string then = scene.effective_text;
+    const auto erase = [&](const std::string& key) {
+      const std::size_t line = then.find("\n" + key + " = ");
+      ASSERT_NE(line, std::string::npos);
+      then.erase(line, then.find('\n', line + 1) - line);
+    };
+    erase("close_voids");
+    if (before_dilation) erase("dilation");
+    return scene_differences(then, scene);
   };
+  using Changes = std::vector<std::string>;
+  const std::string voids = "transfer.close_voids: false -> true";
   const std::string solid = with(small_scene, "preset = \"cream\"\n",
                                  "law = \"neo_hookean\"\ndensity = 1000\nbulk_modulus = 1e5\nshear_modulus = 300\n");
-  EXPECT_EQ(changed(small_scene, {}), std::vector<std::string>{"transfer.dilation: \"particle\" -> \"auto\""});
-  EXPECT_TRUE(changed(small_scene, {"transfer.dilation=particle"}).empty());
-  EXPECT_TRUE(changed(small_scene, {"time.integrator=imex"}).empty());
+  EXPECT_EQ(changed(small_scene, {}), (Changes{"transfer.dilation: \"particle\" -> \"auto\"", voids}));
+  EXPECT_EQ(changed(small_scene, {}, false), Changes{voids});
+  EXPECT_EQ(changed(small_scene, {"transfer.dilation=particle"}), Changes{voids});
+  EXPECT_EQ(changed(small_scene, {"time.integrator=imex"}), Changes{voids});
+  EXPECT_TRUE(changed(small_scene, {"transfer.dilation=particle", "transfer.close_voids=false"}).empty());
   EXPECT_TRUE(changed(solid, {}).empty());
 }
 
