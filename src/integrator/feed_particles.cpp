@@ -9,7 +9,7 @@
 
 #include "integrator/gauge_contact.hpp"
 #include "kernel/bspline.hpp"
-#include "kernel/g2p.hpp"
+#include "kernel/measure_particles.hpp"
 #include "kernel/stress_update.hpp"
 #include "parallel/reproducible_sum.hpp"
 

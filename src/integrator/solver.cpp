@@ -5,7 +5,7 @@
 
 #include "integrator/describe_failure.hpp"
 #include "integrator/explicit_step.hpp"
-#include "kernel/g2p.hpp"
+#include "kernel/measure_particles.hpp"
 #include "kernel/stress_update.hpp"
 
 namespace bulkley {

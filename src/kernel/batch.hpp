@@ -244,11 +244,20 @@ inline void store_octs(const Pack (&low)[4], const Pack (&high)[4], Quad* to, st
 #endif
 }
 
-/// The first three rows back: row[r][p] = component r of quad p.
-inline void load_rows(const Quad* from, std::ptrdiff_t stride, Pack (&row)[3]) {
+/// The first `n` rows back: row[r][p] = component r of quad p.
+template <int n>
+inline void load_rows(const Quad* from, std::ptrdiff_t stride, Pack (&row)[n]) {
   Pack rows[4];
   transpose_quads([&](int p) { return from[p * stride]; }, rows);
-  for (int r = 0; r < 3; ++r) row[r] = rows[r];
+  for (int r = 0; r < n; ++r) row[r] = rows[r];
+}
+
+/// The square of the norm of a vector.
+template <int size>
+inline Pack squares(const Pack (&values)[size]) {
+  Pack sum = values[0] * values[0];
+  for (int c = 1; c < size; ++c) sum += values[c] * values[c];
+  return sum;
 }
 
 /// Merges the roots of the first `n` lanes of `squared` into `extreme`. Reads ids only where a lane may win.

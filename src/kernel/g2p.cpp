@@ -128,13 +128,6 @@ void gather(const LocalIndex* row_offsets, const NodeType* nodes, LocalIndex cel
   }
 }
 
-template <int size>
-Pack squares(const Pack (&values)[size]) {
-  Pack sum = values[0] * values[0];
-  for (int c = 1; c < size; ++c) sum += values[c] * values[c];
-  return sum;
-}
-
 template <class NodeType>
 struct Arguments {
   CellFrame frame;
@@ -378,21 +371,20 @@ class Update {
   }
 
  private:
+  // The nodes' fourth number and its slopes.
   void leave_gathered(LocalIndex place, int b, const Batch<order, NodeOf<kept>>& batch) {
-    const Gathered& gathered = arg_.gathered;
-    if (!gathered.value) return;
-    for (int lane = 0; lane < n_lanes; ++lane) gathered.value[place + lane] = batch.velocity[b + lane][0][3];
+    constexpr int n_quads = Batch<order, NodeOf<kept>>::n_quads;
+    const Gathered& to = arg_.gathered;
+    if (!to.value) return;
+    Pack rows[4];
+    load_rows(&batch.velocity[b][0], n_quads, rows);
+    const Pack value = rows[3];
+    store(to.value + place, value);
     for (int a = 0; a < 3; ++a) {
-      if (!gathered.slope[a]) continue;
-      for (int lane = 0; lane < n_lanes; ++lane) {
-        double& slope = gathered.slope[a][place + lane];
-        if constexpr (moments) {
-          const double distance = batch.distance[a][b / n_lanes][lane] - 1.0;
-          slope = inverse_second_moment(order) * (batch.moment[b + lane][a][0][3] - distance * gathered.value[place + lane]);
-        } else {
-          slope = batch.gradient[b + lane][a][0][3];
-        }
-      }
+      if (!to.slope[a]) continue;
+      load_rows(moments ? &batch.moment[b][a][0] : &batch.gradient[b][a][0], 3 * n_quads, rows);
+      if constexpr (moments) rows[3] = inverse_second_moment(order) * (rows[3] - (batch.distance[a][b / n_lanes] - 1.0) * value);
+      store(to.slope[a] + place, rows[3]);
     }
   }
 
@@ -480,29 +472,6 @@ void measure_motion(const GridGeometry& grid, const TransferSettings& transfer, 
 void measure_motion(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const CellMap& map,
                     const NodePair* nodes, const ParticleSet& particles, StepBounds& bounds, const MotionLimits& ample) {
   measure_all(arguments(grid, transfer, layout, map, 0.0, 0.0, nodes), particles, grid, layout, ample, bounds);
-}
-
-void measure_particles(const GridGeometry& grid, const TransferSettings& transfer, const ParticleSet& particles,
-                       StepBounds& bounds) {
-  const MassColumn masses(particles);
-  const LocalIndex count = particles.size();
-  for (LocalIndex p = 0; p < count; p += n_lanes) {
-    const int n = static_cast<int>(std::min<LocalIndex>(n_lanes, count - p));
-    const GlobalIndex* id = particles.id() + p;
-    Pack v[3], affine[9];
-    for (int r = 0; r < 3; ++r) v[r] = load(particles.real(Field::velocity, r) + p);
-    for (int c = 0; c < 9; ++c) affine[c] = load(particles.real(Field::affine_velocity, c) + p);
-    const Pack speed_squared = squares(v), affine_squared = squares(affine);
-    Pack reach = square_root(speed_squared);
-    if (transfer.affine()) reach += square_root(affine_squared) * (moment_sum_ratio(grid.order) * grid.cell_size);
-    const Pack mass = masses(p);
-    include_lanes(bounds.motion.speed, speed_squared, id, n);
-    include_lanes(bounds.motion.velocity_gradient, affine_squared, id, n);
-    for (int lane = 0; lane < n; ++lane) {
-      bounds.sums.mass.include(mass[lane]);
-      bounds.sums.momentum.include(mass[lane] * reach[lane]);
-    }
-  }
 }
 
 }  // namespace bulkley

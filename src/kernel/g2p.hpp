@@ -8,8 +8,8 @@ namespace bulkley {
 
 /// What g2p leaves of a fourth quantity n_i of the nodes, by particle of a block, with n_lanes entries more than it has; null: nothing.
 struct Gathered {
-  double* value = nullptr;     ///< sum_i w_ip n_i
-  double* slope[3] = {};       ///< along an axis, per cell: by the transfer's moments if it has them, by the spline's gradient if not
+  double* value = nullptr;  ///< sum_i w_ip n_i
+  double* slope[3] = {};    ///< along an axis, per cell: by the transfer's moments, if it has them, or by the spline's gradient
 };
 
 /// Updates velocity (T6, T7), affine_velocity (C_p = B_p D_p^-1, (T8), damped by (T9); also kept, unused by p2g, where the
@@ -32,10 +32,5 @@ void measure_motion(const GridGeometry& grid, const TransferSettings& transfer, 
                     const Node* nodes, const ParticleSet& particles, StepBounds& bounds, const MotionLimits& ample = {});
 void measure_motion(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const CellMap& map,
                     const NodePair* nodes, const ParticleSet& particles, StepBounds& bounds, const MotionLimits& ample = {});
-
-/// Merges speed, mass and momentum of the particles as they are, and velocity_gradient as it is stored. For the first step.
-/// Not collective.
-void measure_particles(const GridGeometry& grid, const TransferSettings& transfer, const ParticleSet& particles,
-                       StepBounds& bounds);
 
 }  // namespace bulkley

@@ -10,6 +10,7 @@
 #include "kernel/bspline.hpp"
 #include "kernel/g2p.hpp"
 #include "kernel/grid_update.hpp"
+#include "kernel/measure_particles.hpp"
 #include "kernel/p2g.hpp"
 #include "kernel/stress_update.hpp"
 #include "support/particle_builders.hpp"

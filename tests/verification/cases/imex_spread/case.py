@@ -74,6 +74,10 @@ def main():
         for place, value in fine.items():
             study.expect(f"{place}, moment FLIP, cells of 3.1 mm", value, truth[place], 0.03, "m")
         study.remark(f"APIC on cells of 3.1 mm: {text(after('apic_fine', APIC, CELL / 2))}.")
+        closed = {cell: text(after(f"voids_closed_{1e3 * cell:g}mm", moment_flip | {"transfer.close_voids": True}, cell))
+                  for cell in (CELL, CELL / 2, CELL / 4)}
+        study.remark("With transfer.close_voids, moment FLIP: " + "; ".join(f"cells of {1e3 * cell:.1f} mm: {where}" for cell, where in closed.items())
+                     + f"; without on the finest: {text(after('voids_open_finest', moment_flip, CELL / 4))}.")
         for modulus in ("1e5", "3e5"):
             found = after(f"explicit_{modulus}", SOFT | {"materials.paste.bulk_modulus": float(modulus)}, CELL / 2)
             study.remark(f"The explicit step on cells of 3.1 mm, {modulus} Pa, moment FLIP: {text(found)}. The stiffer the fluid, "
