@@ -71,17 +71,18 @@ void use_one_convention(Scene& before, Scene& now) {
 }
 
 // A complete scene of a version without transfer.dilation or close_voids: its fluids kept their volume particle by particle, and left
-// voids at floors.
-void use_fluids_of_then(const std::string& before, Scene& old) {
+// voids at floors, which only those know that keep it by cells.
+void use_fluids_of_then(const std::string& before, Scene& old, const Scene& present) {
   const Leaves leaves = leaves_of(before);
   if (!find(leaves, "transfer.scheme")) return;
   const bool fluids = std::ranges::any_of(old.materials, [](const NamedMaterial& named) {
     return flows(named.material) && volumetric_law(named.material).has_value();
   });
   if (!fluids) return;
-  if (!find(leaves, "transfer.close_voids")) old.transfer.close_voids = false;
-  if (!find(leaves, "transfer.dilation") && old.time_stepping.integrator == IntegratorKind::explicit_step)
-    old.transfer.dilation = Dilation::particle;
+  const auto is_explicit = [](const Scene& scene) { return scene.time_stepping.integrator == IntegratorKind::explicit_step; };
+  if (!find(leaves, "transfer.dilation") && is_explicit(old)) old.transfer.dilation = Dilation::particle;
+  const bool by_particles = is_explicit(present) && present.transfer.dilation == Dilation::particle;
+  if (!find(leaves, "transfer.close_voids")) old.transfer.close_voids = by_particles && present.transfer.close_voids;
 }
 
 // Both scenes as this version prints them, which adds the keys that it has and an older one had not.
@@ -89,7 +90,7 @@ std::pair<std::string, std::string> comparable_texts(const std::string& before, 
   try {
     Scene old = parse_scene(before, "scene", {}), present = now;
     use_one_convention(old, present);
-    use_fluids_of_then(before, old);
+    use_fluids_of_then(before, old, present);
     return {effective_text(old), effective_text(present)};
   } catch (const UsageError&) {
     return {before, now.effective_text};

@@ -116,9 +116,9 @@ class FilmedDams(Case):
                   "and index are the rheometer's, fitted over 1 to 100 1/s for every fluid. Reach is that of the shadow "
                   "that a lamp in "
                   "the camera's eye would throw on the floor, for the film and for the particles. `t0` is the one shift of "
-                  "time (-10 to 30 ms) that brings the run nearest to the film. `voids closed`: runs with `transfer.close_voids`, in which "
-                  "fluids fill what their fronts leave empty on the floor; most of what the default goes too far is that "
-                  "([figures](theory.md#voids-at-floors)).")
+                  "time (-10 to 30 ms) that brings the run nearest to the film. `voids open`: runs with `transfer.close_voids = false`, as all were "
+                  "before 1 December 2026, in which fluids leave empty what fronts do on floors ([figures](theory.md#voids-at-floors)). With the "
+                  "default, which fills it, the fifth box without a gate, boxes on 1 mm with `imex`, four times the modulus and finer cells have not been run.")
         for scheme in schemes:
             self.scheme(records, scheme, sheet, scheme == schemes[0])
         self.pictures(records, [scheme for scheme in schemes if OF_PARTICLES not in scheme], sheet)

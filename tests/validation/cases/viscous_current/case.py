@@ -69,11 +69,11 @@ class ViscousCurrent(Case):
                 sheet.gate(f"constant of the spreading, from doubling of the radius on, largest error, cells of "
                            f"{1e3 * record['cell']:g} mm",
                            largest, COARSE if sheet.short else GATE)
-        sheet.say("What the front lays down leaves the lowest half cell half empty, so that the layer stands too high and is dragged too little "
-                  "([figures](theory.md#voids-at-floors)). Where `transfer.close_voids` fills it (`voids closed`, not the default), the drop follows "
+        sheet.say("`voids open`: runs with `transfer.close_voids = false`, as all were before 1 December 2026. What the front lays down then leaves the "
+                  "lowest half cell half empty, so that the layer stands too high and is dragged too little "
+                  "([figures](theory.md#voids-at-floors)). By default it is filled, and the drop follows "
                   "the law. At the end the mean depth is 3.5 mm. The law is that of a thin layer; here the mean "
-                  "depth over the radius falls from 0.13 to 0.05 during the comparison. A run with moment FLIP on cells of 0.75 mm, ended early, had "
-                  "6.29 cm at 1 s, 4.9 % too much (1 mm: 6.2 %); the straight line through both leads to 6.07 cm, 1.3 %, for cells of no size.")
+                  "depth over the radius falls from 0.13 to 0.05 during the comparison.")
         sheet.table(["transfer", "cells", "radius at 0.3 s, cm", "1 s", "2 s", "mean constant", "largest error",
                      "at the end", "particles",
                      "steps", "date", "commit"],
