@@ -30,7 +30,6 @@ Crowding::Crowding(const Physics& physics, LocalIndex block_size) : physics_(phy
   if (std::ranges::count(takes_part_, 1) == 0) return;
   fullness_.resize(static_cast<std::size_t>(block_size) + n_lanes);
   if (!physics.transfer.close_voids) return;
-  voids_.resize(fullness_.size());
   for (const NamedMaterial& named : physics.materials)
     lightness_.push_back(physics.largest_density() / rest_density(named.material));
   for (int f = 0; f < 6; ++f) {
@@ -41,11 +40,12 @@ Crowding::Crowding(const Physics& physics, LocalIndex block_size) : physics_(phy
       slopes_[f / 2].resize(fullness_.size());
     }
   }
+  if (!floors_.empty()) voids_.resize(fullness_.size());
 }
 
 Gathered Crowding::of_block() {
   if (fullness_.empty()) return {};
-  Gathered gathered{fullness_.data()};
+  Gathered gathered{fullness_.data(), {}};
   for (const Floor& floor : floors_) gathered.slope[floor.axis] = slopes_[floor.axis].data();
   return gathered;
 }

@@ -37,8 +37,9 @@ class Crowding {
   Room of_material(std::size_t m) const;
 
   std::size_t memory() const {
-    return near_walls_.capacity() * sizeof(NodeVolume) + (fullness_.capacity() + voids_.capacity()) * sizeof(double) +
-           takes_part_.capacity();
+    std::size_t reals = fullness_.capacity() + voids_.capacity();
+    for (const std::vector<double>& slopes : slopes_) reals += slopes.capacity();
+    return near_walls_.capacity() * sizeof(NodeVolume) + reals * sizeof(double) + takes_part_.capacity();
   }
 
  private:
@@ -54,7 +55,7 @@ class Crowding {
   std::vector<char> takes_part_;        ///< by material
   std::vector<double> fullness_;        ///< of the particles of a block; empty if no material takes part
   std::vector<double> slopes_[3];       ///< likewise, per cell; empty along axes without floors
-  std::vector<double> voids_;           ///< likewise; empty without `close_voids`
+  std::vector<double> voids_;           ///< likewise; empty without `close_voids` or floors
   std::vector<double> lightness_;       ///< by material, the largest density over its own
   std::vector<Floor> floors_;           ///< where voids are closed
   std::vector<Pose> collider_poses_, body_poses_;  ///< of `find_moving`

@@ -15,7 +15,8 @@ struct Gathered {
 /// Updates velocity (T6, T7), affine_velocity (C_p = B_p D_p^-1, (T8), damped by (T9); also kept, unused by p2g, where the
 /// transfer is not affine but L_p is read from it), velocity_gradient where the transfer needs it, and position (T10): x_p
 /// += dt v_pic, always with the interpolated grid velocity. Merges speed, velocity_gradient, mass and momentum into `bounds`. Only
-/// particles of `block`. `nodes`: {v_i, n_i} after forces and boundaries; `gathered`: where to leave what they have of n_i. Precondition: !transfer.keeps_residual(). Not collective.
+/// particles of `block`. `nodes`: {v_i, n_i} after forces and boundaries; `gathered`: where to leave what they have of n_i.
+/// Precondition: !transfer.keeps_residual(). Not collective.
 void g2p(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const CellMap& map, double dt,
          const Node* nodes, ParticleSet& particles, StepBounds& bounds, ParticleBlock block = {},
          const Gathered& gathered = {});
