@@ -65,18 +65,17 @@ void Crowding::find_fullness(std::span<const LocalIndex> active, Node* nodes) co
 
 void Crowding::find_moving(double time, const RigidContact* bodies) {
   if (voids_.empty()) return;
-  collider_poses_.clear();
-  for (const Collider& collider : physics_.colliders) collider_poses_.push_back(collider.motion.pose(time));
+  moving_.clear();
+  for (const Collider& collider : physics_.colliders)
+    if (collider.motion.moves()) moving_.push_back({collider.shape, collider.motion.pose(time)});
   bodies_ = bodies;
   if (bodies) body_poses_ = bodies->poses();
 }
 
 bool Crowding::near_moving(const Vec3& x) const {
   const double clearance = clear_cells * physics_.grid.cell_size;
-  for (std::size_t c = 0; c < collider_poses_.size(); ++c) {
-    const Collider& collider = physics_.colliders[c];
-    if (collider.motion.moves() && signed_distance(collider.shape, collider_poses_[c], x) < clearance) return true;
-  }
+  for (const Moving& collider : moving_)
+    if (signed_distance_within(collider.shape, collider.pose.to_shape(x), clearance) < clearance) return true;
   return bodies_ && bodies_->any_within(clearance, x, body_poses_);
 }
 

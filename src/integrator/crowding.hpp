@@ -48,6 +48,11 @@ class Crowding {
     double coordinate;  ///< m
     double upwards;     ///< 1 or -1 along the axis
   };
+  /// A collider that moves.
+  struct Moving {
+    const Shape& shape;
+    Pose pose;
+  };
 
   bool near_moving(const Vec3& x) const;
 
@@ -58,7 +63,8 @@ class Crowding {
   std::vector<double> voids_;           ///< likewise; empty without `close_voids` or floors
   std::vector<double> lightness_;       ///< by material, the largest density over its own
   std::vector<Floor> floors_;           ///< where voids are closed
-  std::vector<Pose> collider_poses_, body_poses_;  ///< of `find_moving`
+  std::vector<Moving> moving_;          ///< of `find_moving`, as the two below
+  std::vector<Pose> body_poses_;
   const RigidContact* bodies_ = nullptr;
   std::vector<NodeVolume> near_walls_;  ///< owned nodes
   double inverse_full_mass_;            ///< of a node far from walls, 1/kg
