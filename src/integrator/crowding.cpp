@@ -10,7 +10,6 @@ namespace bulkley {
 namespace {
 
 constexpr double least_fullness = 0.95;  // of (V6)
-constexpr double floor_slope = 0.5;      // cosine squared of 45 degrees: steeper faces are no floors
 constexpr double clear_cells = 2.0;      // from what moves, whose room is not known
 // Beyond 1 the explicit step would pull. The implicit pressure takes it for what a cell has to lose in the step.
 constexpr double largest_ratio = 1.0, largest_implicit_ratio = 1.01;
@@ -32,14 +31,8 @@ Crowding::Crowding(const Physics& physics, LocalIndex block_size) : physics_(phy
   if (!physics.transfer.close_voids) return;
   for (const NamedMaterial& named : physics.materials)
     lightness_.push_back(physics.largest_density() / rest_density(named.material));
-  for (int f = 0; f < 6; ++f) {
-    const double towards = f % 2 == 0 ? -physics.gravity[f / 2] : physics.gravity[f / 2];
-    if (behaviour(physics.faces[static_cast<std::size_t>(f)].kind).contact && towards > 0.0 &&
-        towards * towards >= floor_slope * physics.gravity.squaredNorm()) {
-      floors_.push_back({f / 2, f % 2 == 0 ? physics.grid.lower[f / 2] : physics.grid.upper()[f / 2], f % 2 == 0 ? 1.0 : -1.0});
-      slopes_[f / 2].resize(fullness_.size());
-    }
-  }
+  floors_ = floors_of(physics);
+  for (const Floor& floor : floors_) slopes_[floor.axis].resize(fullness_.size());
   if (!floors_.empty()) voids_.resize(fullness_.size());
 }
 
@@ -94,7 +87,7 @@ void Crowding::find_voids(const ParticleSet& particles, ParticleBlock block) {
     const double* const slope = slopes_[floor.axis].data();
     for (LocalIndex p = block.begin; p < end; ++p) {
       const bool presses = stress ? stress[p] < 0.0 : J[p] < 1.0;
-      if (!presses || std::abs(x[p] - floor.coordinate) >= physics_.grid.cell_size) continue;
+      if (!presses || std::abs(floor.height(x[p])) >= physics_.grid.cell_size) continue;
       const auto k = static_cast<std::size_t>(p - block.begin);
       const double lightness = lightness_[material[p]];
       const double missing = std::min(least_fullness - lightness * fullness_[k] * J[p], lightness * floor.upwards * slope[k]);

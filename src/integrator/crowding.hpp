@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "distribution/exchange.hpp"
-#include "integrator/physics.hpp"
+#include "integrator/floors.hpp"
 #include "integrator/rigid_contact.hpp"
 #include "kernel/g2p.hpp"
 #include "kernel/node_volume.hpp"
@@ -43,11 +43,6 @@ class Crowding {
   }
 
  private:
-  struct Floor {
-    int axis;
-    double coordinate;  ///< m
-    double upwards;     ///< 1 or -1 along the axis
-  };
   /// A collider that moves.
   struct Moving {
     const Shape& shape;

@@ -28,6 +28,7 @@ ExplicitStep::ExplicitStep(StepParts& parts)
                 : parts.physics.separate_energies ? Impulses::both
                                                   : Impulses::joined),
       crowding_(parts.physics, block_size),
+      layers_(parts.physics, block_size),
       received_(parts.contact.no_impulses()) {
   parts_.budget.set_combined(impulses_ == Impulses::joined);
   if (!parts.physics.shares_dilation.empty()) dilation_ = std::make_unique<CellDilation>(parts, stress_);
@@ -262,10 +263,11 @@ void ExplicitStep::nodes_to_particles(double dt, StepBounds& local) {
     {
       const PhaseTimer timer(parts_.times, Phase::stress_update);
       if (parts_.feeds.any()) parts_.feeds.hide_spin(gradient, particles);
+      layers_.find(particles, block);
       double begin = MPI_Wtime();
       for (std::size_t m = 0; m < physics.materials.size(); ++m) {
         stress_update(physics.materials[m].material, static_cast<std::uint8_t>(m), gradient, dt, particles, local, block,
-                      means, crowding_.of_material(m));
+                      means, crowding_.of_material(m), layers_.of_material(m));
         const double end = MPI_Wtime();
         parts_.material_seconds[m] += end - begin;
         begin = end;
@@ -293,7 +295,7 @@ std::span<const Node> ExplicitStep::node_velocities(double time) {
 
 std::size_t ExplicitStep::memory() const {
   return (pool_.capacity() + velocity_.capacity() + change_.capacity()) * sizeof(Node) +
-         pairs_.capacity() * sizeof(NodePair) + crowding_.memory() + (dilation_ ? dilation_->memory() : 0) +
+         pairs_.capacity() * sizeof(NodePair) + crowding_.memory() + layers_.memory() + (dilation_ ? dilation_->memory() : 0) +
          (pressure_ ? pressure_->memory() : 0) + (viscosity_ ? viscosity_->memory() : 0);
 }
 

@@ -10,6 +10,7 @@
 #include "integrator/implicit_pressure.hpp"
 #include "integrator/implicit_viscosity.hpp"
 #include "integrator/integrator.hpp"
+#include "integrator/shear_layers.hpp"
 #include "kernel/p2g.hpp"
 
 namespace bulkley {
@@ -55,6 +56,7 @@ class ExplicitStep : public Integrator {
   NodeVector velocity_;   ///< {m v, m}, then {v, m} of the owned nodes
   NodeVector change_;     ///< {dt f, -}, then the change of velocity in the step; unless impulses_ are joined
   Crowding crowding_;
+  ShearLayers layers_;
   std::unique_ptr<CellDilation> dilation_;      ///< none where every particle keeps its own volume
   std::unique_ptr<ImplicitPressure> pressure_;  ///< none where all forces are explicit
   std::unique_ptr<ImplicitViscosity> viscosity_;

@@ -110,9 +110,9 @@ struct InField {
     return law.wave_speed_squared(own(state));
   }
   template <class Real>
-  Update<Real> update(Whole<Real>& state, const Tensor<Real>& velocity_gradient, double dt) const {
+  Update<Real> update(Whole<Real>& state, const Tensor<Real>& velocity_gradient, double dt, const Real* fall) const {
     State<Real, n_own> part = own(state);
-    const Update<Real> result = law.update(part, velocity_gradient, dt, state.internal[n_own]);
+    const Update<Real> result = law.update(part, velocity_gradient, dt, state.internal[n_own], fall);
     static_cast<State<Real, 0>&>(state) = part;
     if constexpr (n_own > 0) std::copy_n(part.internal, n_own, state.internal);
     return result;
@@ -128,6 +128,15 @@ struct InField {
     return part;
   }
 };
+
+// The law's update, in a layer if it knows layers.
+template <class Law, class WholeState>
+Update<Pack> updated(const Law& law, WholeState& state, const Tensor<Pack>& L, double dt, [[maybe_unused]] const Pack* fall) {
+  if constexpr (requires { law.update(state, L, dt, fall); })
+    return law.update(state, L, dt, fall);
+  else
+    return law.update(state, L, dt);
+}
 
 // A sum of absolute values is finite only if every addend is.
 template <int n>
@@ -174,8 +183,8 @@ Pack spread(Pack J, Pack missing, double most, const Tensor<Pack>& L, double dt)
 // Flattened: every call below is inlined here, so that this file's floating-point options hold for all of it.
 template <class Law>
 [[gnu::flatten]] void update_all(const Law& law, std::uint8_t material_index, Field gradient, double dt,
-                                 const CellMeans& means, const Room& room, ParticleSet& particles, Tally& tally,
-                                 ParticleBlock block) {
+                                 const CellMeans& means, const Room& room, const double* falls, ParticleSet& particles,
+                                 Tally& tally, ParticleBlock block) {
   const FieldColumns<9> velocity_gradient(particles, gradient);
   const MutableColumns<6> left_cauchy_green(particles, Field::left_cauchy_green);
   const InternalColumns<Law> internal(particles);
@@ -229,7 +238,8 @@ template <class Law>
     for (int a = 0; a < 3; ++a) f(a, a) += 1.0;
     const PackMask inverted = mine & (determinant(f) <= zero);
 
-    const Update<Pack> result = law.update(state, L, dt);
+    const Pack fall = falls ? load(falls + (p - block.begin)) : zero;
+    const Update<Pack> result = updated(law, state, L, dt, falls ? &fall : nullptr);
 
     const PackMask not_finite = mine & ~inverted & ~is_finite(state, result);
     const PackMask valid = mine & ~inverted & ~not_finite;
@@ -303,7 +313,7 @@ Densities densities_of(std::span<const NamedMaterial> materials) {
 }
 
 void stress_update(const Material& material, std::uint8_t material_index, Field gradient, double dt, ParticleSet& particles,
-                   StepBounds& bounds, ParticleBlock block, const CellMeans& means, const Room& room) {
+                   StepBounds& bounds, ParticleBlock block, const CellMeans& means, const Room& room, const double* fall) {
   BULKLEY_ASSERT(dt > 0.0);
   BULKLEY_ASSERT(gradient == Field::affine_velocity || gradient == Field::velocity_gradient);
   Tally tally;
@@ -311,8 +321,8 @@ void stress_update(const Material& material, std::uint8_t material_index, Field 
       [&]<class Law>(const Law& law) {
         if constexpr (requires { law.parameters.field_yield; })
           if (law.parameters.field_yield.given())
-            return update_all(InField<Law>{law}, material_index, gradient, dt, means, room, particles, tally, block);
-        update_all(law, material_index, gradient, dt, means, room, particles, tally, block);
+            return update_all(InField<Law>{law}, material_index, gradient, dt, means, room, fall, particles, tally, block);
+        update_all(law, material_index, gradient, dt, means, room, fall, particles, tally, block);
       },
       material);
   tally.add_to(bounds);

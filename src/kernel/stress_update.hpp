@@ -21,15 +21,16 @@ struct Room {
 /// Reads velocity gradient (field `gradient`: affine_velocity or velocity_gradient), left_cauchy_green, volume_ratio, the law's
 /// internal variables, reference_volume, id; of particles of a group in `means` the trace of the velocity gradient is the group's, and
 /// the volume ratio relaxes towards the group's first. The volume ratio of a law that flows then follows `room` (docs/theory.md,
-/// (V5), (V6)). Writes left_cauchy_green,
-/// volume_ratio, internal variables, kirchhoff_stress if particles store it, and, where the law flows, plastic_shear_rate and plastic_dissipation. Merges
+/// (V5), (V6)); of a fluid with a yield stress, `fall` by particle of the block, or null: the part of it by which the stress falls across the
+/// particle's layer (T13f). Writes left_cauchy_green, volume_ratio, internal variables, kirchhoff_stress if particles store it, and, where the
+/// law flows, plastic_shear_rate and plastic_dissipation. Merges
 /// into `bounds`: wave_speed, viscosity, stress_volume, smallest/largest_volume_ratio, n_not_finite, n_inverted, failed_id. A
 /// particle that fails (det(1 + dt L) <= 0, or a result that is not finite) is counted once and keeps its state. Other materials are
-/// not touched. The bits of a particle's result depend on that particle, its room and its group's means alone. Requires dt > 0.
+/// not touched. The bits of a particle's result depend on that particle, its room, its fall and its group's means alone. Requires dt > 0.
 /// Not collective.
 void stress_update(const Material& material, std::uint8_t material_index, Field gradient, double dt, ParticleSet& particles,
                    StepBounds& bounds, ParticleBlock block = {}, const CellMeans& means = {},
-                   const Room& room = {});
+                   const Room& room = {}, const double* fall = nullptr);
 
 /// The fields that particles of these materials need for internal variables and, unless it follows from their strain, their stress. Not
 /// collective.

@@ -27,6 +27,7 @@ struct TransferSettings {
   GradientForm gradient = GradientForm::mls;
   Dilation dilation = Dilation::automatic;
   bool close_voids = true;         ///< fluids fill what fronts leave empty at floors (docs/theory.md, (V6))
+  bool thin_layers = true;         ///< fluids with a yield stress shear on sticky floors in layers thinner than a cell (T13f)
   double flip_ratio = 0.95;        ///< alpha of the blend: v_p = (1 - alpha) v_pic + alpha v_flip
   double damping_time = 0.0;       ///< s; the residual decays in it (blend, moment_flip). 0: by flip_ratio; by the two below
   double damping_strain = 1.0;     ///< moment_flip: strain of the fastest deforming particle in which the residual decays

@@ -170,6 +170,17 @@ Material without_viscosity(const Material& material) {
   return rest;
 }
 
+bool has_yield_stress(const Material& material) {
+  return std::visit(
+      []<class Law>(const Law& law) {
+        if constexpr (requires { law.parameters.sigma_Y, law.parameters.field_yield; })
+          return law.parameters.sigma_Y > 0.0 || law.parameters.field_yield.given();
+        else
+          return false;
+      },
+      material);
+}
+
 bool flows(const Material& material) {
   if (const auto* added = std::get_if<AddedLaw>(&material)) return added->parameters.model->flows();
   return std::visit([](const auto& law) { return law.flows; }, material);

@@ -79,6 +79,9 @@ double separable_viscosity(const Material& material);
 /// The material without that stress. Not collective.
 Material without_viscosity(const Material& material);
 
+/// Whether a material is a Herschel-Bulkley fluid, thixotropic or not, that has a yield stress, if only in a magnetic field. Not collective.
+bool has_yield_stress(const Material& material);
+
 /// Whether a material deforms irreversibly, as fluids do. Not collective.
 bool flows(const Material& material);
 

@@ -70,11 +70,13 @@ void use_one_convention(Scene& before, Scene& now) {
     }
 }
 
-// A complete scene of a version without transfer.dilation or close_voids: its fluids kept their volume particle by particle, and left
-// voids at floors, which only those know that keep it by cells.
+// A complete scene of a version without transfer.dilation, close_voids or thin_layers: its fluids kept their volume particle by particle,
+// left voids at floors, which only those know that keep it by cells, and sheared in whole cells, if they had a yield stress.
 void use_fluids_of_then(const std::string& before, Scene& old, const Scene& present) {
   const Leaves leaves = leaves_of(before);
   if (!find(leaves, "transfer.scheme")) return;
+  const bool yields = std::ranges::any_of(old.materials, [](const NamedMaterial& named) { return has_yield_stress(named.material); });
+  if (!find(leaves, "transfer.thin_layers")) old.transfer.thin_layers = !yields && present.transfer.thin_layers;
   const bool fluids = std::ranges::any_of(old.materials, [](const NamedMaterial& named) {
     return flows(named.material) && volumetric_law(named.material).has_value();
   });

@@ -43,6 +43,10 @@ const config::Keys<TransferSettings>& keys(config::Of<TransferSettings>) {
                {.about = "Whether fluids that keep their volume by cell fill, as they are sheared, what their fronts leave empty between "
                          "themselves and the face that they roll over, one on which their weight lies. If not, they reach too far on "
                          "coarse cells."})
+          .key("thin_layers", &S::thin_layers,
+               {.about = "Whether fluids with a yield stress may shear on a sticky face, one on which their weight lies, in a layer thinner "
+                         "than a cell, as they do where they stop. If not, they stop as if the yield stress were larger, by 7 % where they "
+                         "are 8 cells deep."})
           .key("flip_ratio", &S::flip_ratio,
                {.about = "Weight of FLIP in the blend, per step.", .range = config::between(0.0, 1.0)})
           .only_with("scheme = \"blend\", damping_time = 0",

@@ -9,7 +9,7 @@
 
 #include "magnetics/field_yield.hpp"
 #include "material/laws/neo_hookean.hpp"
-#include "material/return_map.hpp"
+#include "material/layer_return.hpp"
 #include "material/viscous_stress.hpp"
 
 namespace bulkley {
@@ -29,10 +29,11 @@ template <class Real>
 /// the deviator scaled to the new s; the spherical part of b chosen such that det b = 1. The common alternative for the last
 /// step, dividing b by (det b)^(1/3), would shrink s as well. The rule is one of the Cauchy stress, as a rheometer measures it: that of
 /// the Kirchhoff stress would be 1/J times as strong, more where the modulus is lower. Dissipation (T23) is the elastic energy per
-/// strain at the end of the step times the strain that the flow took away. Requires det(1 + dt L) > 0 and dt > 0. Not collective.
+/// strain at the end of the step times the strain that the flow took away. `fall`, if given: for layers in which the stress falls by that
+/// part of the yield stress, on either side (layer_return.hpp). Requires det(1 + dt L) > 0 and dt > 0. Not collective.
 template <class Real, class Number>
 inline Update<Real> flow_step(const NeoHookean& elastic, const FlowRule<Number>& rule, State<Real>& state,
-                              const Tensor<Real>& velocity_gradient, double dt) {
+                              const Tensor<Real>& velocity_gradient, double dt, const Real* fall) {
   const Real zero = broadcast<Real>(0.0);
   const double mu = elastic.parameters.shear_modulus;
   if (mu == 0.0) return elastic.update(state, velocity_gradient, dt);
@@ -42,8 +43,9 @@ inline Update<Real> flow_step(const NeoHookean& elastic, const FlowRule<Number>&
   SymTensor<Real> e = deviator(b);
   const Real trial_norm_squared = norm_squared(e);
   const Real per_volume = 1.0 / state.volume_ratio;
-  const FlowReturn<Real> flow =
-      flow_return((mu * per_volume) * square_root(trial_norm_squared), mu, trial_mean * per_volume, dt, rule);
+  const Real trial_norm = (mu * per_volume) * square_root(trial_norm_squared), mean_per_volume = trial_mean * per_volume;
+  FlowReturn<Real> flow = flow_return(trial_norm, mu, mean_per_volume, dt, rule);
+  if (fall) flow = layer_return(flow, trial_norm, mu, mean_per_volume, dt, rule, *fall);
   Real dissipation = zero;
   if (any(flow.yields)) {
     const Real ratio_squared = flow.ratio * flow.ratio;
@@ -119,8 +121,8 @@ struct HerschelBulkley {
 
   /// See law.hpp and flow_step. The background's stress is 2 background_viscosity J dev D.
   template <class Real>
-  Update<Real> update(State<Real>& state, const Tensor<Real>& velocity_gradient, double dt) const {
-    Update<Real> result = flow_step(elastic(), flow_rule(), state, velocity_gradient, dt);
+  Update<Real> update(State<Real>& state, const Tensor<Real>& velocity_gradient, double dt, const Real* fall = nullptr) const {
+    Update<Real> result = flow_step(elastic(), flow_rule(), state, velocity_gradient, dt, fall);
     if (parameters.background_viscosity > 0.0)
       add_viscous_stress(result, velocity_gradient, state.volume_ratio, parameters.background_viscosity, dt);
     return result;
@@ -128,11 +130,12 @@ struct HerschelBulkley {
 
   /// The same in a magnetic field of the strength `field` (A/m), which differs from particle to particle.
   template <class Real>
-  Update<Real> update(State<Real>& state, const Tensor<Real>& velocity_gradient, double dt, Real field) const {
+  Update<Real> update(State<Real>& state, const Tensor<Real>& velocity_gradient, double dt, Real field,
+                      const Real* fall = nullptr) const {
     const FlowRule<double> rest = flow_rule();
     const FlowRule<Real> rule{rest.radius + std::sqrt(2.0) * parameters.field_yield.at(field), broadcast<Real>(rest.eta),
                               rest.h, rest.table, broadcast<Real>(rest.log_eta)};
-    Update<Real> result = flow_step(elastic(), rule, state, velocity_gradient, dt);
+    Update<Real> result = flow_step(elastic(), rule, state, velocity_gradient, dt, fall);
     if (parameters.background_viscosity > 0.0)
       add_viscous_stress(result, velocity_gradient, state.volume_ratio, parameters.background_viscosity, dt);
     return result;

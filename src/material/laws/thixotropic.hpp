@@ -86,29 +86,30 @@ struct ThixotropicHerschelBulkley {
   /// See law.hpp and flow_step: the stress with the structure of the step's start, then the structure with the step's shear
   /// rate (staggered, first order in dt).
   template <class Real>
-  Update<Real> update(State<Real, 1>& state, const Tensor<Real>& velocity_gradient, double dt) const {
+  Update<Real> update(State<Real, 1>& state, const Tensor<Real>& velocity_gradient, double dt, const Real* fall = nullptr) const {
     const Parameters& p = parameters;
     const Real radius = (std::sqrt(2.0 / 3.0) * p.sigma_Y) * strength(state.internal[0], p.yield_exponent, p.residual_yield);
-    return update_with(radius, state, velocity_gradient, dt);
+    return update_with(radius, state, velocity_gradient, dt, fall);
   }
 
   /// The same in a magnetic field of the strength `field` (A/m): its yield stress does not depend on the structure.
   template <class Real>
-  Update<Real> update(State<Real, 1>& state, const Tensor<Real>& velocity_gradient, double dt, Real field) const {
+  Update<Real> update(State<Real, 1>& state, const Tensor<Real>& velocity_gradient, double dt, Real field,
+                      const Real* fall = nullptr) const {
     const Parameters& p = parameters;
     const Real radius = (std::sqrt(2.0 / 3.0) * p.sigma_Y) * strength(state.internal[0], p.yield_exponent, p.residual_yield);
-    return update_with(radius + std::sqrt(2.0) * p.field_yield.at(field), state, velocity_gradient, dt);
+    return update_with(radius + std::sqrt(2.0) * p.field_yield.at(field), state, velocity_gradient, dt, fall);
   }
 
  private:
   /// With the yield radius `radius`, sqrt(2/3) sigma_Y, Pa.
   template <class Real>
-  Update<Real> update_with(Real radius, State<Real, 1>& state, const Tensor<Real>& velocity_gradient, double dt) const {
+  Update<Real> update_with(Real radius, State<Real, 1>& state, const Tensor<Real>& velocity_gradient, double dt, const Real* fall) const {
     const Parameters& p = parameters;
     Real& structure = state.internal[0];
     const Real eta = p.eta * strength(structure, p.consistency_exponent, p.residual_consistency);
     const FlowRule<Real> rule{radius, eta, p.h, table.get(), logarithm(eta)};
-    Update<Real> result = flow_step(elastic(), rule, static_cast<State<Real>&>(state), velocity_gradient, dt);
+    Update<Real> result = flow_step(elastic(), rule, static_cast<State<Real>&>(state), velocity_gradient, dt, fall);
     structure = next_structure(structure, result.plastic_shear_rate, dt);
     if (p.background_viscosity > 0.0)
       add_viscous_stress(result, velocity_gradient, state.volume_ratio, p.background_viscosity, dt);

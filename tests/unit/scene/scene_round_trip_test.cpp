@@ -89,8 +89,8 @@ TEST(SceneDifferences, FlowsAreComparedInOneConvention) {
             "materials.fluid.sigma_Y:");
 }
 
-// Checkpoints of versions without transfer.dilation and close_voids: only where a fluid would go on with others.
-TEST(SceneDifferences, FluidsOfThenKeptTheVolumeOfParticlesAndLeftVoids) {
+// Checkpoints of versions without transfer.dilation, close_voids and thin_layers: only where a fluid would go on with others.
+TEST(SceneDifferences, FluidsOfThenKeptTheVolumeOfParticlesLeftVoidsAndShearedInCells) {
   const auto changed = [](const std::string& text, const std::vector<std::string>& overrides, bool before_dilation = true) {
     const Scene scene = parsed(text, overrides);
     std::string then = scene.effective_text;
@@ -100,6 +100,7 @@ TEST(SceneDifferences, FluidsOfThenKeptTheVolumeOfParticlesAndLeftVoids) {
       then.erase(line, then.find('\n', line + 1) - line);
     };
     erase("close_voids");
+    erase("thin_layers");
     if (before_dilation) erase("dilation");
     return scene_differences(then, scene);
   };
@@ -107,11 +108,14 @@ TEST(SceneDifferences, FluidsOfThenKeptTheVolumeOfParticlesAndLeftVoids) {
   const std::string voids = "transfer.close_voids: false -> true";
   const std::string solid = with(small_scene, "preset = \"cream\"\n",
                                  "law = \"neo_hookean\"\ndensity = 1000\nbulk_modulus = 1e5\nshear_modulus = 300\n");
-  EXPECT_EQ(changed(small_scene, {}), (Changes{"transfer.dilation: \"particle\" -> \"auto\"", voids}));
-  EXPECT_EQ(changed(small_scene, {}, false), Changes{voids});
-  EXPECT_TRUE(changed(small_scene, {"transfer.dilation=particle"}).empty());
-  EXPECT_EQ(changed(small_scene, {"time.integrator=imex"}), Changes{voids});
-  EXPECT_TRUE(changed(small_scene, {"time.integrator=imex", "transfer.close_voids=false"}).empty());
+  const std::string layers = "transfer.thin_layers: false -> true";
+  const std::string syrup = with(small_scene, "preset = \"cream\"\n", "preset = \"cream\"\nyield_stress = 0.0\n");
+  EXPECT_EQ(changed(small_scene, {}), (Changes{"transfer.dilation: \"particle\" -> \"auto\"", voids, layers}));
+  EXPECT_EQ(changed(small_scene, {}, false), (Changes{voids, layers}));
+  EXPECT_EQ(changed(small_scene, {"transfer.dilation=particle"}), Changes{layers});
+  EXPECT_EQ(changed(small_scene, {"time.integrator=imex"}), (Changes{voids, layers}));
+  EXPECT_TRUE(changed(small_scene, {"time.integrator=imex", "transfer.close_voids=false", "transfer.thin_layers=false"}).empty());
+  EXPECT_EQ(changed(syrup, {}, false), Changes{voids}) << "no yield stress";
   EXPECT_TRUE(changed(solid, {}).empty());
 }
 

@@ -1,0 +1,23 @@
+#pragma once
+// Faces of the domain on which material lies.
+
+#include <vector>
+
+#include "integrator/physics.hpp"
+
+namespace bulkley {
+
+struct Floor {
+  int axis;
+  double coordinate;  ///< m
+  double upwards;     ///< 1 or -1 along the axis, out of the face
+  FaceKind kind;
+
+  /// Height of a particle over it, m.
+  double height(double x) const { return upwards * (x - coordinate); }
+};
+
+/// The faces that hold material and are within 45 degrees of level, as gravity has it; none without gravity. Not collective.
+std::vector<Floor> floors_of(const Physics& physics);
+
+}  // namespace bulkley
