@@ -44,8 +44,9 @@ inline Update<Real> flow_step(const NeoHookean& elastic, const FlowRule<Number>&
   const Real trial_norm_squared = norm_squared(e);
   const Real per_volume = 1.0 / state.volume_ratio;
   const Real trial_norm = (mu * per_volume) * square_root(trial_norm_squared), mean_per_volume = trial_mean * per_volume;
-  FlowReturn<Real> flow = flow_return(trial_norm, mu, mean_per_volume, dt, rule);
-  if (fall) flow = layer_return(flow, trial_norm, mu, mean_per_volume, dt, rule, *fall);
+  FlowReturn<Real> flow{};
+  if (!fall || any(*fall <= zero)) flow = flow_return(trial_norm, mu, mean_per_volume, dt, rule);
+  if (fall && any(*fall > zero)) flow = layer_return(flow, trial_norm, mu, mean_per_volume, dt, rule, *fall);
   Real dissipation = zero;
   if (any(flow.yields)) {
     const Real ratio_squared = flow.ratio * flow.ratio;
