@@ -21,7 +21,7 @@ def lubrication(paste, volume, times):
 
 def compare(study, cells, end, softened=False):
     """Runs the dam on `cells` and compares it; returns heights by cell, the lubrication layer, the formula's and its front to first order."""
-    moving, middle, rest, reach, found = [], [], [], [], {}
+    moving, middle, rest, reach, short, found = [], [], [], [], [], {}
     for cell in cells:
         sets = {"domain.cell_size": cell, "domain.upper": [WIDTH, 4 * cell, 0.064], "time.end": end,
                 "bodies.dam.shape.upper": [LENGTH, 4 * cell, 0.04], **(SOFTENED if softened else {})}
@@ -41,12 +41,14 @@ def compare(study, cells, end, softened=False):
         formula = means(shape, edges)
         rest.append(misplaced(heights, formula, 1.0))
         reach.append(abs(front(middles, heights, 0.004) / front(middles, formula, 0.004) - 1.0))
+        short.append((front(middles, expected, 0.004) - front(middles, heights, 0.004)) / cell)
         found[cell] = heights
     depth = [shape(0.0) / cell for cell in cells]
     aspect = float(shape(0.0) / length)
     kind = ", explicit step" if softened else ""
     study.expect_convergence(f"volume out of place after {end:g} s, against lubrication{kind}", depth, moving, 0.05, 0.7)
-    study.expect_convergence(f"centre of mass after {end:g} s, against lubrication{kind}", depth, middle, 0.05, 0.7)
+    # With whole cells sheared at the floor (transfer.thin_layers = false) it is 0.020 off in the short version.
+    study.expect_convergence(f"centre of mass after {end:g} s, against lubrication{kind}", depth, middle, 0.015, 0.7)
     if not softened:
         study.remark(f"Cells are counted over the height of the arrested layer at the wall, {1e3 * shape(0.0):.1f} mm. Its aspect ratio "
                      f"is {aspect:.3f}, of which the tolerances at rest are three quarters.")
@@ -55,6 +57,9 @@ def compare(study, cells, end, softened=False):
         study.expect_convergence(f"run-out at rest (height 4 mm), against the formula{kind}", depth, reach, 0.75 * aspect, 0.7)
         study.expect_at_most(f"speed at the end, root mean square{kind}", speed(particles), THRESHOLD, "m/s",
                              note="finest resolution")
+    if study.long:
+        study.remark(f"The front{kind}{',' * bool(kind)} ends {', '.join(f'{cells:.1f}' for cells in short)} cells short of lubrication's, which after {end:g} s is "
+                     f"{100.0 * (1.0 - front(middles, expected, 0.004) / front(middles, formula, 0.004)):.1f} % short of the formula's.")
     if study.long and not softened:
         first = paste.arrested(volume)[0]
         study.remark(f"To first order, without the tension, the formula's run-out is {first:.3f} m instead of {length:.3f} m; the finest run's fluid is "
