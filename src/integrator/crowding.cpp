@@ -31,7 +31,7 @@ Crowding::Crowding(const Physics& physics, LocalIndex block_size) : physics_(phy
   if (!physics.transfer.close_voids) return;
   for (const NamedMaterial& named : physics.materials)
     lightness_.push_back(physics.largest_density() / rest_density(named.material));
-  floors_ = floors_of(physics);
+  floors_ = floors_of(physics.grid, physics.faces, physics.gravity);
   for (const Floor& floor : floors_) slopes_[floor.axis].resize(fullness_.size());
   if (!floors_.empty()) voids_.resize(fullness_.size());
 }

@@ -5,7 +5,8 @@
 #include <vector>
 
 #include "distribution/exchange.hpp"
-#include "integrator/floors.hpp"
+#include "grid/floors.hpp"
+#include "integrator/physics.hpp"
 #include "integrator/rigid_contact.hpp"
 #include "kernel/g2p.hpp"
 #include "kernel/node_volume.hpp"

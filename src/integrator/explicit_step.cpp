@@ -263,7 +263,7 @@ void ExplicitStep::nodes_to_particles(double dt, StepBounds& local) {
     {
       const PhaseTimer timer(parts_.times, Phase::stress_update);
       if (parts_.feeds.any()) parts_.feeds.hide_spin(gradient, particles);
-      layers_.find(particles, block);
+      layers_.find(dt, particles, block);
       double begin = MPI_Wtime();
       for (std::size_t m = 0; m < physics.materials.size(); ++m) {
         stress_update(physics.materials[m].material, static_cast<std::uint8_t>(m), gradient, dt, particles, local, block,

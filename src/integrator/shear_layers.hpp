@@ -5,7 +5,8 @@
 #include <optional>
 #include <vector>
 
-#include "integrator/floors.hpp"
+#include "grid/floors.hpp"
+#include "integrator/physics.hpp"
 #include "material/volumetric_law.hpp"
 
 namespace bulkley {
@@ -16,8 +17,9 @@ class ShearLayers {
   ShearLayers(const Physics& physics, LocalIndex block_size);
 
   /// Finds by which part of the yield stress the stress falls from the floor to each particle of a block (T13f), from positions and the
-  /// pressures before the stress update: 0 to 1/2, 0 away from sticky floors. Not collective.
-  void find(const ParticleSet& particles, ParticleBlock block);
+  /// pressures before the stress update: 0 to 1/2, 0 away from sticky floors. With the explicit step pressures are means over some periods
+  /// of sound, which `layer_pressure` keeps; dt, s, is that of the step. Not collective.
+  void find(double dt, ParticleSet& particles, ParticleBlock block);
   /// What `find` found, for the stress update of a material; null if it does not shear in layers. Not collective.
   const double* of_material(std::size_t m) const { return fluids_[m] ? falls_.data() : nullptr; }
 
@@ -25,8 +27,9 @@ class ShearLayers {
 
  private:
   struct Fluid {
-    double density;                       ///< kg/m^3, at rest
+    double density;                           ///< kg/m^3, at rest
     std::optional<VolumetricLaw> volumetric;  ///< none with an implicit pressure
+    double sound_speed;                       ///< m/s, at rest; 0 with an implicit pressure
   };
 
   const GridGeometry& grid_;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <set>
 
@@ -10,6 +11,7 @@
 #include "config/nearest.hpp"
 #include "geometry/builtin_mesh.hpp"
 #include "geometry/mesh_shape.hpp"
+#include "grid/floors.hpp"
 #include "kernel/stress_update.hpp"
 #include "material/material_keys.hpp"
 #include "scene/body_keys.hpp"
@@ -72,6 +74,9 @@ std::optional<Need> need_of(Field field, const Scene& scene) {
   const TimeStepSettings& time = scene.time_stepping;
   if (field == Field::cell_mean_stress)  // the derived field `pressure` contains it
     return Need{time.integrator == IntegratorKind::imex, "time.integrator = \"imex\"", false};
+  if (field == Field::layer_pressure)
+    return Need{shears_in_layers(scene) && time.integrator == IntegratorKind::explicit_step,
+                "transfer.thin_layers, the explicit step, a sticky floor and a fluid with a yield stress", false};
   if (field == Field::viscous_stress)
     return Need{time.viscosity == ViscosityKind::implicit_stress, "time.viscosity = \"implicit\"", false};
   if (field == Field::magnetic_force) return Need{scene.magnetics.has_value(), "[magnetics]", true};
@@ -193,6 +198,13 @@ void resolve_mesh_files(const std::string& scene_file, Scene& scene) {
 }
 
 }  // namespace
+
+bool shears_in_layers(const Scene& scene) {
+  const auto yields = [](const NamedMaterial& named) { return has_yield_stress(named.material); };
+  const auto sticks = [](const Floor& floor) { return floor.kind == FaceKind::sticky; };
+  return scene.transfer.thin_layers && std::ranges::any_of(scene.materials, yields) &&
+         std::ranges::any_of(floors_of(scene.grid, scene.faces, scene.gravity), sticks);
+}
 
 Scene parse_scene(const std::string& text, const std::string& file_name, const std::vector<std::string>& overrides) {
   Value root = config::parse_toml(text, file_name);

@@ -48,9 +48,9 @@ ParticleSet particles_at(const std::vector<Place>& places, const Physics& physic
   return particles;
 }
 
-std::vector<double> falls_of(const Physics& physics, const ParticleSet& particles, std::size_t material) {
+std::vector<double> falls_of(const Physics& physics, ParticleSet& particles, std::size_t material) {
   ShearLayers layers(physics, block_size);
-  layers.find(particles, {0, block_size});
+  layers.find(1e-3, particles, {0, block_size});
   const double* const falls = layers.of_material(material);
   return falls ? std::vector<double>(falls, falls + particles.size()) : std::vector<double>{};
 }
@@ -70,7 +70,7 @@ TEST(ShearLayers, StressFallsAsPressureDoes) {
       {2, grid.upper()[2] - 0.5 * dx, 1, 4.5 * dx, 0.0}, // a ceiling
       {0, grid.upper()[0] - 0.5 * dx, 1, 4.5 * dx, 0.0}, // too steep
   };
-  const ParticleSet particles = particles_at(places, physics);
+  ParticleSet particles = particles_at(places, physics);
   const std::vector<double> falls = falls_of(physics, particles, 1);
   ASSERT_EQ(falls.size(), places.size());
   for (std::size_t p = 0; p < places.size(); ++p) EXPECT_NEAR(falls[p], places[p].fall, 1e-12) << p;
@@ -84,7 +84,7 @@ TEST(ShearLayers, StressFallsAsPressureDoes) {
 
 TEST(ShearLayers, AreOnStickyFloors) {
   Physics physics = physics_of_three();
-  const ParticleSet particles = particles_at({{2, physics.grid.lower[2] + 0.5 * physics.grid.cell_size, 1, 0.1, 0.0}}, physics);
+  ParticleSet particles = particles_at({{2, physics.grid.lower[2] + 0.5 * physics.grid.cell_size, 1, 0.1, 0.0}}, physics);
   EXPECT_FALSE(falls_of(physics, particles, 1).empty());
   for (const FaceKind kind : {FaceKind::slip, FaceKind::separating, FaceKind::outflow}) {
     physics.faces[4].kind = kind;
@@ -100,7 +100,7 @@ TEST(ShearLayers, AreOnFloorsOverhead) {
   Physics physics = physics_of_three();
   physics.gravity = {0.0, 0.0, 9.81};
   const double dx = physics.grid.cell_size;
-  const ParticleSet particles = particles_at({{2, physics.grid.upper()[2] - 0.5 * dx, 1, 4.5 * dx, 0.0}}, physics);
+  ParticleSet particles = particles_at({{2, physics.grid.upper()[2] - 0.5 * dx, 1, 4.5 * dx, 0.0}}, physics);
   EXPECT_NEAR(falls_of(physics, particles, 1)[0], 0.1, 1e-12);
 }
 
@@ -119,6 +119,27 @@ TEST(ShearLayers, TakeThePressureOfCells) {
   particles.real(Field::volume_ratio)[0] = 1.0;
   particles.real(Field::cell_mean_stress)[0] = -2000.0 * 8.0 * 4.5 * dx;
   EXPECT_NEAR(falls_of(physics, particles, 1)[0], 0.1, 1e-12);
+}
+
+// A layer in which sound goes up and down with all of its pressure: what is left of it is a tenth.
+TEST(ShearLayers, DoNotFollowSound) {
+  Physics physics = physics_of_three();
+  const GridGeometry& grid = physics.grid;
+  const double dx = grid.cell_size, depth = 5.0 * dx, speed = std::sqrt(1e5 / 2000.0), dt = 0.2 * dx / speed, pi = std::acos(-1.0);
+  ParticleSet particles(OptionalFields{Field::layer_pressure});
+  particles.resize(1);
+  particles.set_vector(Field::position, 0, grid.lower + Vec3(4.0, 4.0, 0.5) * dx);
+  particles.material()[0] = 1;
+  ShearLayers layers(physics, block_size);
+  double smallest = 1.0, largest = 0.0;
+  for (int step = 0; step < 4000; ++step) {
+    const double pressure = 2000.0 * 8.0 * 4.5 * dx * (1.0 + std::sin(0.5 * pi * speed / depth * step * dt));
+    particles.real(Field::volume_ratio)[0] = 1.0 - pressure / 1e5;
+    layers.find(dt, particles, {0, block_size});
+    if (step > 2000) smallest = std::min(smallest, layers.of_material(1)[0]), largest = std::max(largest, layers.of_material(1)[0]);
+  }
+  EXPECT_NEAR(smallest, 0.1, 0.012);
+  EXPECT_NEAR(largest, 0.1, 0.012);
 }
 
 }  // namespace

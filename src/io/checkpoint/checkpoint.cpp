@@ -311,7 +311,8 @@ bool read_checkpoint(const Comm& comm, const std::string& file, GlobalIndex firs
   const auto needed_fields = [&](const Hdf5Reader& reader) {
     std::vector<FieldInfo> fields = written_fields(particles);
     std::erase_if(fields, [&](const FieldInfo& field) {
-      return field.field == Field::kirchhoff_stress && !reader.has(array_path(field));
+      // The one is computed anew, the other begins with the pressure.
+      return (field.field == Field::kirchhoff_stress || field.field == Field::layer_pressure) && !reader.has(array_path(field));
     });
     for (const FieldInfo& field : fields)
       if (!reader.has(array_path(field)))

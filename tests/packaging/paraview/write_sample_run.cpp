@@ -100,6 +100,7 @@ void write_run(const Comm& comm, const std::string& folder) {
   settings.fields = frame_field_names();
   std::erase(settings.fields, "added_law_variables");
   std::erase(settings.fields, "cell_mean_stress");  // of runs with the implicit pressure
+  std::erase(settings.fields, "layer_pressure");    // with the explicit step, of some fluids
   std::erase(settings.fields, "viscous_stress");    // and with implicit viscosity
   std::erase(settings.fields, "magnetic_field_strength");
   std::erase(settings.fields, "magnetic_field");

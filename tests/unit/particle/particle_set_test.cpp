@@ -60,7 +60,7 @@ bool is_zero(const ParticleSet& set, LocalIndex p) {
 constexpr OptionalFields all_fields{
     Field::kirchhoff_stress,
     Field::velocity_gradient,         Field::structure,           Field::hardening,        Field::plastic_volume_ratio,
-    Field::viscous_left_cauchy_green, Field::added_law_variables, Field::cell_mean_stress, Field::viscous_stress,
+    Field::viscous_left_cauchy_green, Field::added_law_variables, Field::cell_mean_stress, Field::layer_pressure, Field::viscous_stress,
     Field::magnetic_field_strength,   Field::magnetic_force,
     Field::magnetic_field,            Field::magnetisation};
 

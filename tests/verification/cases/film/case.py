@@ -25,6 +25,27 @@ def run(study, name, cells):
                     -WEIGHT / DENSITY * math.cos(math.radians(angle))], "time.end": end})
 
 
+def brink(study):
+    """Films whose stress at the floor is just above and just below the yield stress: what shears is thinner than a cell."""
+    cells, angle, yield_stress = 8, math.radians(30.0), 10.0
+    for part, word in ((1.03, "above"), (0.98, "below")):
+        extra = {"time.integrator": "imex", "materials.fluid.bulk_modulus": 2.2e9}
+        flow = Flow(yield_stress, 0.05, 1.0, part * yield_stress / 0.01, 0.01)
+        result = study.run(f"just_{word}", {
+            **channel_sets(flow.half, cells, (0.0, 1.25)), **flow.fluid_sets(), "bodies.0.shape.lower": [0.0, 0.0, 0.0],
+            "bodies.0.shape.upper": [4.0 * flow.half / cells, 4.0 * flow.half / cells, flow.half], "materials.fluid.density": DENSITY,
+            "gravity": [flow.slope / DENSITY, 0.0, -flow.slope / DENSITY / math.tan(angle)], "time.end": 0.6, **extra})
+        history = result.history()
+        late = history["time_s"] >= 0.4
+        speed = history["momentum_x_kg_ms"][late].mean() / history["mass_kg"][-1]
+        if part > 1.0:
+            study.expect("mean speed where 0.23 cells of 8 are sheared", speed, flow.plane_mean, 0.4, "m/s",
+                         note="stress at the floor 3 % above the yield stress; with transfer.thin_layers = false nothing flows")
+            moving = flow.plane_mean
+        else:
+            study.expect_at_most("mean speed where the stress at the floor is 2 % below the yield stress, over that", abs(speed) / moving, 0.05)
+
+
 def main():
     study = Study("film", "Film on an incline",
                   "`u = u_s [1 - (1 - z/h_s)^(1+1/n)]` below `h_s = H - yield stress / (density g sin)`, `u_s` above")
@@ -47,6 +68,7 @@ def main():
                                      1e-3)
         study.expect_convergence(f"{name}: profile, L2 norm", levels, errors, 0.03, 1.0, note="relative to the profile's norm")
         study.expect_convergence(f"{name}: flow rate", levels, rates, 0.03, 1.0)
+    brink(study)
     study.finish()
 
 

@@ -3,7 +3,8 @@
 
 #include <vector>
 
-#include "integrator/physics.hpp"
+#include "grid/face.hpp"
+#include "grid/grid_geometry.hpp"
 
 namespace bulkley {
 
@@ -18,6 +19,6 @@ struct Floor {
 };
 
 /// The faces that hold material and are within 45 degrees of level, as gravity has it; none without gravity. Not collective.
-std::vector<Floor> floors_of(const Physics& physics);
+std::vector<Floor> floors_of(const GridGeometry& grid, const Faces& faces, const Vec3& gravity);
 
 }  // namespace bulkley
