@@ -77,12 +77,15 @@ def check_version(program, folder, work):
 def continue_run(program, folder, scene, checkpoint, work):
     name = f"{folder.name}.{scene.stem}"
     command = ["run", str(scene), "--out", name, "--restart", str(checkpoint)]
-    # APIC was the default then, and every particle kept its own volume; neither is followed by another unasked.
+    # APIC was the default then, every particle kept its own volume, and yield-stress fluids sheared in whole cells on floors; none of it is
+    # followed by another unasked.
     refused = program.run(command, 3, work, LIMIT)
-    for change in ('transfer.scheme: "apic" -> "moment_flip"', 'transfer.dilation: "particle" -> "auto"'):
+    for change in ('transfer.scheme: "apic" -> "moment_flip"', 'transfer.dilation: "particle" -> "auto"',
+                   "transfer.thin_layers: false -> true"):
         if refused.code != 2 or change not in refused.text:
             fail(f"{name}: continues with another transfer", refused)
-    run = program.run([*command, "--set", "transfer.scheme=apic", "--set", "transfer.dilation=particle"], 3, work, LIMIT)
+    run = program.run([*command, "--set", "transfer.scheme=apic", "--set", "transfer.dilation=particle", "--set",
+                       "transfer.thin_layers=false"], 3, work, LIMIT)
     if run.code != 0:
         fail(f"{name}: cannot be continued", run)
     # The keys of the scene file are warned about, once for all ranks; those of the scene in the checkpoint are not.
