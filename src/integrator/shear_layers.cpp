@@ -14,8 +14,7 @@ constexpr double depths_of_sound = 8.0;  // over which pressures are means: two 
 }  // namespace
 
 ShearLayers::ShearLayers(const Physics& physics, LocalIndex block_size)
-    : grid_(physics.grid),
-      reach_((physics.transfer.order == SplineOrder::quadratic ? 1.5 : 2.0) * physics.grid.cell_size),
+    : reach_((physics.transfer.order == SplineOrder::quadratic ? 1.5 : 2.0) * physics.grid.cell_size),
       fluids_(physics.materials.size()) {
   if (!physics.transfer.thin_layers) return;
   for (const Floor& floor : floors_of(physics.grid, physics.faces, physics.gravity))

@@ -32,7 +32,6 @@ class ShearLayers {
     double sound_speed;                       ///< m/s, at rest; 0 with an implicit pressure
   };
 
-  const GridGeometry& grid_;
   std::vector<Floor> floors_;                 ///< sticky ones
   std::vector<double> weights_;               ///< by floor, gravity towards it, m/s^2
   double reach_;                              ///< m, of the nodes that a floor holds
