@@ -30,18 +30,17 @@ std::array<NodeMask, 8> reached_masks(const GridGeometry& grid) {
   return masks;
 }
 
-// Nodes of the tile at these coordinates that the grid has.
+// Nodes of the tile at these coordinates that the grid has; along the axis of a plane flow as often as footprints have them.
 NodeMask existing_nodes(const GridGeometry& grid, const Int3& tile) {
+  const auto n_nodes = [&](int axis) { return grid.is_plane(axis) ? stencil_width(grid.order) : grid.n_nodes(axis); };
   bool whole = true;
-  for (int axis = 0; axis < 3; ++axis)
-    whole = whole && (grid.periodic[axis] || (tile[axis] + 1) * tile_width <= grid.n_nodes(axis));
+  for (int axis = 0; axis < 3; ++axis) whole = whole && (tile[axis] + 1) * tile_width <= n_nodes(axis);
   if (whole) return ~NodeMask{0};
   NodeMask mask = 0;
   for (int n = 0; n < tile_nodes; ++n) {
     const int at[3] = {n / 16, n / 4 % 4, n % 4};
     bool exists = true;
-    for (int axis = 0; axis < 3; ++axis)
-      exists = exists && (grid.periodic[axis] || tile[axis] * tile_width + at[axis] < grid.n_nodes(axis));
+    for (int axis = 0; axis < 3; ++axis) exists = exists && tile[axis] * tile_width + at[axis] < n_nodes(axis);
     if (exists) mask |= NodeMask{1} << n;
   }
   return mask;
@@ -116,7 +115,7 @@ std::vector<RankTraffic> predict_traffic(const GridGeometry& grid, const TileMap
     rank_at(rank).n_pool_nodes += std::popcount(nodes);
     Int3 wrapped = at;
     for (int axis = 0; axis < 3; ++axis) {
-      if (grid.periodic[axis]) wrapped[axis] %= grid.n_tiles(axis);
+      if (grid.periodic[axis] && !grid.is_plane(axis)) wrapped[axis] %= grid.n_tiles(axis);
       if (wrapped[axis] == grid.n_tiles(axis)) return;  // beyond the grid
     }
     const std::int32_t to = owner(wrapped);

@@ -14,43 +14,6 @@ namespace {
 
 constexpr const char* pools = "pools of version";  // what messages say that they belong to
 
-// The stencil of a cell by its place in a tile. Tiles at {0, 1}^3 above that one are numbered 0 to 7, z fastest.
-template <int s>
-struct Stencil {
-  std::array<std::uint64_t, 8> nodes{};  // a bit for each node, by tile above
-  struct Row {
-    std::uint8_t above, place;
-  };
-  std::array<Row, s * s> rows{};  // where its rows along z begin
-};
-
-template <int s>
-constexpr auto make_stencils() {
-  std::array<Stencil<s>, tile_nodes> table{};
-  for (int place = 0; place < tile_nodes; ++place)
-    for (int a = 0; a < s * s * s; ++a) {
-      const int at[3] = {place / 16 + a / (s * s), place / 4 % 4 + a / s % s, place % 4 + a % s};
-      int above = 0, in_tile = 0;
-      for (const int i : at) {
-        above = 2 * above + i / tile_width;
-        in_tile = tile_width * in_tile + i % tile_width;
-      }
-      Stencil<s>& stencil = table[static_cast<std::size_t>(place)];
-      stencil.nodes[static_cast<std::size_t>(above)] |= std::uint64_t{1} << in_tile;
-      if (a % s == 0)
-        stencil.rows[static_cast<std::size_t>(a / s)] = {static_cast<std::uint8_t>(above),
-                                                         static_cast<std::uint8_t>(in_tile)};
-    }
-  return table;
-}
-constexpr auto stencils_3 = make_stencils<3>();
-constexpr auto stencils_4 = make_stencils<4>();
-
-const std::array<std::uint64_t, 8>& nodes_of_stencil(SplineOrder order, int place) {
-  const auto p = static_cast<std::size_t>(place);
-  return order == SplineOrder::quadratic ? stencils_3[p].nodes : stencils_4[p].nodes;
-}
-
 // -1 where it is not.
 LocalIndex place_in(const std::vector<TileIndex>& ascending, TileIndex tile) {
   const auto found = std::lower_bound(ascending.begin(), ascending.end(), tile);
@@ -62,6 +25,28 @@ void make_set(std::vector<TileIndex>& tiles) {
   tiles.erase(std::unique(tiles.begin(), tiles.end()), tiles.end());
 }
 
+// Of all places in a tile. Along the axis of a plane flow the nodes of a stencil are one.
+CellGrid::Stencils stencils_of(const GridGeometry& grid) {
+  const int s = stencil_width(grid.order);
+  CellGrid::Stencils stencils{};
+  for (int place = 0; place < tile_nodes; ++place)
+    for (int a = 0; a < s * s * s; ++a) {
+      Int3 at{place / 16 + a / (s * s), place / 4 % 4 + a / s % s, place % 4 + a % s};
+      int above = 0, in_tile = 0;
+      for (int axis = 0; axis < 3; ++axis) {
+        const int along = grid.is_plane(axis) ? 0 : at[static_cast<std::size_t>(axis)];
+        above = 2 * above + along / tile_width;
+        in_tile = tile_width * in_tile + along % tile_width;
+      }
+      CellGrid::Stencil& stencil = stencils[static_cast<std::size_t>(place)];
+      stencil.nodes[static_cast<std::size_t>(above)] |= std::uint64_t{1} << in_tile;
+      if (a % s == 0)
+        stencil.rows[static_cast<std::size_t>(a / s)] = {static_cast<std::uint8_t>(above),
+                                                         static_cast<std::uint8_t>(in_tile)};
+    }
+  return stencils;
+}
+
 Int3 in_tile(const Int3& tile, int place) {
   return {tile[0] * tile_width + place / 16, tile[1] * tile_width + place / 4 % 4, tile[2] * tile_width + place % 4};
 }
@@ -69,7 +54,7 @@ Int3 in_tile(const Int3& tile, int place) {
 }  // namespace
 
 CellGrid::CellGrid(const Comm& comm, const ParticleGrid& particles, const Faces& faces)
-    : version_(particles.version()), grid_(particles.grid()) {
+    : version_(particles.version()), grid_(particles.grid()), stencils_(stencils_of(grid_)) {
   tiles_ = particles.layout().tiles();
   n_own_ids_ = static_cast<LocalIndex>(tiles_.size()) * tile_nodes;
   collective_guard(comm, [&] { find_nodes(particles, faces); });
@@ -149,10 +134,9 @@ void CellGrid::find_nodes(const ParticleGrid& particles, const Faces& faces) {
           Int3 node{first[0] * tile_width + i, first[1] * tile_width + j, first[2] * tile_width + k};
           bool exists = true;
           for (int a = 0; a < 3; ++a) {
-            const int n = grid_.n_nodes(a);
-            if (grid_.periodic[static_cast<std::size_t>(a)] && node[static_cast<std::size_t>(a)] >= n)
-              node[static_cast<std::size_t>(a)] -= n;
-            exists = exists && node[static_cast<std::size_t>(a)] < n;
+            int& along = node[static_cast<std::size_t>(a)];
+            along = grid_.wrapped(a, along);
+            exists = exists && along < grid_.n_nodes(a);
           }
           if (!exists) continue;
           if (const LocalIndex here = node_number(node); need(here)) in_pool_.push_back({here, rows[row] + k});
@@ -189,7 +173,7 @@ std::uint64_t CellGrid::cells_at_complete_nodes(TileIndex tile) const {
   const std::array<LocalIndex, 8> above = tiles_above(tile, node_tiles_);
   std::uint64_t mask = 0;
   for (int place = 0; place < tile_nodes; ++place) {
-    const std::array<std::uint64_t, 8>& nodes = nodes_of_stencil(grid_.order, place);
+    const std::array<std::uint64_t, 8>& nodes = stencils_[static_cast<std::size_t>(place)].nodes;
     bool reaches = false;
     for (std::size_t b = 0; b < 8; ++b)
       reaches = reaches || (above[b] >= 0 && (nodes[b] & needed_[static_cast<std::size_t>(above[b])]));
@@ -268,9 +252,10 @@ void CellGrid::sort_cells() {
   // The last tile along an axis may reach beyond the cells that particles can be in.
   const auto add = [&](LocalIndex id) {
     const Int3 base = position(id);
-    for (int a = 0; a < 3; ++a)
-      if (!grid_.periodic[static_cast<std::size_t>(a)] && base[static_cast<std::size_t>(a)] + width() > grid_.n_nodes(a))
-        return;
+    for (int a = 0; a < 3; ++a) {
+      const int reach = grid_.periodic[static_cast<std::size_t>(a)] ? 1 : width();
+      if (base[static_cast<std::size_t>(a)] + reach > grid_.n_nodes(a)) return;
+    }
     places.push_back({grid_.node_number(base), id});
   };
   for (LocalIndex id = 0; id < n_own_ids_; ++id) add(id);
@@ -293,7 +278,7 @@ void CellGrid::number_nodes() {
   std::vector<std::array<LocalIndex, 8>> above;
   for (const TileIndex tile : tiles_) above.push_back(tiles_above(tile, tiles));
   for (const LocalIndex id : order_) {
-    const std::array<std::uint64_t, 8>& nodes = nodes_of_stencil(grid_.order, id % tile_nodes);
+    const std::array<std::uint64_t, 8>& nodes = stencils_[static_cast<std::size_t>(id % tile_nodes)].nodes;
     for (std::size_t b = 0; b < 8; ++b)
       if (const LocalIndex tile = above[static_cast<std::size_t>(id / tile_nodes)][b]; tile >= 0)
         reached[static_cast<std::size_t>(tile)] |= nodes[b];
@@ -342,26 +327,22 @@ void CellGrid::number_column(std::span<const TileIndex> tiles, const std::uint64
       if (reached[t] >> z & 1) numbers[t * tile_nodes + static_cast<std::size_t>(z)] = n_nodes_++;
   const TileIndex nz = grid_.n_tiles(2);
   if (!grid_.periodic[2] || tiles.front() % nz != 0 || tiles.back() % nz != nz - 1) return;
-  if (numbers[(tiles.size() - 1) * tile_nodes + static_cast<std::size_t>(place + tile_width - 1)] < 0) return;
-  for (int k = 0; k + 1 < width() && numbers[place + k] >= 0; ++k) repeated_.push_back({n_nodes_++, numbers[place + k]});
+  const int n = std::min(grid_.n_cells[2], tile_width);  // nodes of the column in each tile
+  if (numbers[(tiles.size() - 1) * tile_nodes + static_cast<std::size_t>(place + n - 1)] < 0) return;
+  for (int k = 0; k + 1 < width() && numbers[place + k % n] >= 0; ++k) repeated_.push_back({n_nodes_++, numbers[place + k % n]});
 }
 
 // `above`: by tile of cells, places of the tiles of nodes above it among those that `numbers` are of.
 void CellGrid::find_rows(const std::vector<std::array<LocalIndex, 8>>& above, const std::vector<LocalIndex>& numbers) {
-  const auto find = [&](const auto& stencils) {
-    rows_.assign(tiles_.size() * tile_nodes * stencils[0].rows.size(), -1);
-    for (const LocalIndex id : order_) {
-      const auto& rows = stencils[static_cast<std::size_t>(id % tile_nodes)].rows;
-      LocalIndex* const first = rows_.data() + static_cast<std::size_t>(id) * rows.size();
-      for (std::size_t r = 0; r < rows.size(); ++r)
-        first[r] = numbers[static_cast<std::size_t>(
-            above[static_cast<std::size_t>(id / tile_nodes)][rows[r].above] * tile_nodes + rows[r].place)];
-    }
-  };
-  if (grid_.order == SplineOrder::quadratic)
-    find(stencils_3);
-  else
-    find(stencils_4);
+  const auto n_rows = static_cast<std::size_t>(width() * width());
+  rows_.assign(tiles_.size() * tile_nodes * n_rows, -1);
+  for (const LocalIndex id : order_) {
+    const Stencil& stencil = stencils_[static_cast<std::size_t>(id % tile_nodes)];
+    const std::array<LocalIndex, 8>& tiles = above[static_cast<std::size_t>(id / tile_nodes)];
+    LocalIndex* const first = rows_.data() + static_cast<std::size_t>(id) * n_rows;
+    for (std::size_t r = 0; r < n_rows; ++r)
+      first[r] = numbers[static_cast<std::size_t>(tiles[stencil.rows[r].above] * tile_nodes + stencil.rows[r].place)];
+  }
 }
 
 std::span<const LocalIndex> CellGrid::rows(LocalIndex id) const {

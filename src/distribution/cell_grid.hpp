@@ -45,6 +45,16 @@ class CellGrid {
   std::span<const Copy> repeated() const { return repeated_; }
   std::span<const Copy> in_pool() const { return in_pool_; }  ///< complete nodes that other ranks own
 
+  /// The stencil of a cell by its place in a tile. Tiles at {0, 1}^3 above that one are numbered 0 to 7, z fastest.
+  struct Stencil {
+    std::array<std::uint64_t, 8> nodes{};  ///< a bit for each node, by tile above
+    struct Row {
+      std::uint8_t above, place;
+    };
+    std::array<Row, 16> rows{};  ///< where its rows along z begin, stencil_width^2 of them
+  };
+  using Stencils = std::array<Stencil, tile_nodes>;
+
   /// What ranks know of each other's cells: ids of own cells that a rank wants, and of its cells here.
   struct Neighbour {
     int rank;
@@ -72,6 +82,7 @@ class CellGrid {
 
   GlobalIndex version_;
   GridGeometry grid_;
+  Stencils stencils_;
   LocalIndex n_own_ids_ = 0, n_nodes_ = 0;
   std::vector<TileIndex> tiles_;       ///< of cells: of the pool, then of other ranks
   std::vector<TileIndex> node_tiles_;  ///< with complete nodes, ascending

@@ -63,17 +63,14 @@ void Exchange::set_pool(const TileMap& map, const PoolLayout& pool) {
     TilePiece piece;
   };
   const NodeOwner owner(grid_, map);
-  const auto wrapped = [&](int axis, int index) {
-    return grid_.periodic[axis] && index >= grid_.n_nodes(axis) ? index - grid_.n_nodes(axis) : index;
-  };
   mine_.clear();
   beyond_.clear();
   std::vector<Owned> others;
   for (const NodeRow& row : pool.rows()) {
-    const int i = wrapped(0, row.i), j = wrapped(1, row.j);
+    const int i = grid_.wrapped(0, row.i), j = grid_.wrapped(1, row.j);
     const bool exists = i < grid_.n_nodes(0) && j < grid_.n_nodes(1);
     for (LocalIndex n = 0, count; n < row.count; n += count) {
-      const int k = wrapped(2, row.k + n);
+      const int k = grid_.wrapped(2, row.k + n);
       count = row.count - n;
       if (!exists || k >= grid_.n_nodes(2)) {  // nor do the nodes above it exist
         append(beyond_, row.offset + n, count);

@@ -1,7 +1,8 @@
 #pragma once
 // The background grid's index arithmetic: nodes, tiles, and which tile a particle belongs to.
 //
-// Nodes. Along a periodic axis there are `n_cells` nodes, node I at lower + I dx, and indices wrap. Along any other axis
+// Nodes. Along a periodic axis there are `n_cells` nodes, node I at lower + I dx, and indices wrap; where it has one cell, all
+// nodes of a stencil are that node, and nothing changes along it: a plane flow. Along any other axis
 // there are n_cells + 4, node I at lower + (I - 1) dx: one below the domain and three above, so that every stencil of a
 // particle inside the domain (faces included) exists. Tile T covers nodes 4 T .. 4 T + 3 per axis.
 // A particle belongs to the tile of the first ("base") node of its stencil.
@@ -29,7 +30,7 @@ constexpr int footprint_width(SplineOrder order) { return tile_width + static_ca
 struct GridGeometry {
   Vec3 lower = Vec3::Zero();  ///< m
   double cell_size = 0.0;     ///< dx, m
-  Int3 n_cells{0, 0, 0};      ///< per axis; a multiple of tile_width along periodic axes
+  Int3 n_cells{0, 0, 0};      ///< per axis; 1 or a multiple of tile_width along periodic axes
   std::array<bool, 3> periodic{false, false, false};
   SplineOrder order = SplineOrder::quadratic;
 
@@ -40,6 +41,14 @@ struct GridGeometry {
   int n_nodes(int axis) const { return periodic[axis] ? n_cells[axis] : n_cells[axis] + 4; }
   int n_tiles(int axis) const { return (n_nodes(axis) + tile_width - 1) / tile_width; }
   TileIndex n_tiles() const { return n_tiles(0) * n_tiles(1) * n_tiles(2); }
+  /// Whether nothing changes along this axis.
+  bool is_plane(int axis) const { return periodic[axis] && n_cells[axis] == 1; }
+  /// The node along one axis that `index` is in a footprint, which goes on beyond the end of a periodic axis; n_nodes or more where
+  /// there is none. Along the axis of a plane flow no stencil reaches beyond the first stencil_width.
+  int wrapped(int axis, int index) const {
+    if (is_plane(axis)) return index < stencil_width(order) ? 0 : index;
+    return periodic[axis] && index >= n_cells[axis] ? index - n_cells[axis] : index;
+  }
   double node_coordinate(int axis, int index) const { return lower[axis] + (index - node_offset(axis)) * cell_size; }
   Vec3 node_position(const Int3& n) const {
     return {node_coordinate(0, n[0]), node_coordinate(1, n[1]), node_coordinate(2, n[2])};

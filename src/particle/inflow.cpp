@@ -134,6 +134,21 @@ SectionFrame section_frame(const Inflow& inflow) {
   return frame;
 }
 
+double narrowest_side(const GridGeometry& grid, const Inflow& inflow) {
+  const Bounds box = bounds(inflow.section);
+  const SectionFrame frame = section_frame(inflow);
+  double narrowest = INFINITY;
+  for (int side = 0; side < 2; ++side) {
+    const Vec3& along = side == 0 ? frame.first : frame.second;
+    const double width = box.upper[side] - box.lower[side];
+    bool spans = false;
+    for (int axis = 0; axis < 3; ++axis)
+      spans = spans || (grid.is_plane(axis) && std::abs(along[axis]) > 1.0 - 1e-12 && width > grid.cell_size * (1.0 - 1e-9));
+    if (!spans) narrowest = std::min(narrowest, width);
+  }
+  return narrowest;
+}
+
 EnteredVolume::EnteredVolume(const Inflow& inflow, double end_time)
     : start_(inflow.start), end_(inflow.end.value_or(std::numeric_limits<double>::infinity())), frames_(inflow.key_frames) {
   if (!frames_.empty()) {
@@ -225,7 +240,7 @@ Feed::Feed(const GridGeometry& grid, const Inflow& inflow, GlobalIndex first_id,
   radius_ = std::holds_alternative<DiscSection>(inflow.section) ? 0.5 * sides[0]
                                                                 : box.lower.cwiseAbs().cwiseMax(box.upper.cwiseAbs()).norm();
   if (!sides.allFinite()) throw UsageError("has a section without end: its shape must have finite bounds");
-  const double narrowest = std::min(sides[0], sides[1]);
+  const double narrowest = narrowest_side(grid, inflow);
   if (narrowest < 4.0 * spacing * (1.0 - 1e-9))
     throw UsageError(fmt::format(
         "has a section {:g} m wide; it must be at least 4 particles wide, {:g} m: make it wider, the cells of {:g} m "

@@ -91,6 +91,8 @@ struct SectionFrame {
   Vec3 axis, first, second;
 };
 SectionFrame section_frame(const Inflow& inflow);
+/// The shorter side of the section's bounds, m. One that spans a plane flow counts as without end.
+double narrowest_side(const GridGeometry& grid, const Inflow& inflow);
 
 /// How the nozzle moves: a point x of it has the velocity `velocity` + `spin` x (x - position), the feed `speed` times the share of the
 /// place along `axis` more.

@@ -36,7 +36,7 @@ const config::Keys<DomainInput>& keys(config::Of<DomainInput>) {
   static const auto table = config::Keys<DomainInput>(
                                 "The simulated box, and the grid that fills it. Every side is a whole "
                                 "number of cells, at least 4; "
-                                "along periodic axes a multiple of 4.")
+                                "along periodic axes a multiple of 4, or 1 for a plane flow.")
                                 .key("lower", &DomainInput::lower, {.about = "Lower corner.", .unit = "m", .required = true})
                                 .key("upper", &DomainInput::upper, {.about = "Upper corner.", .unit = "m", .required = true})
                                 .key("cell_size", &DomainInput::cell_size,
@@ -47,12 +47,17 @@ const config::Keys<DomainInput>& keys(config::Of<DomainInput>) {
   return table;
 }
 
-void check_periodic_cells(const Value& domain, const GridGeometry& grid, Faults& faults) {
+void check_number_of_cells(const Value& domain, const GridGeometry& grid, Faults& faults) {
   for (int axis = 0; axis < 3; ++axis) {
     const auto a = static_cast<std::size_t>(axis);
-    if (grid.periodic[a] && grid.n_cells[a] % tile_width != 0)
-      suggest_size(domain, "a multiple of 4 cells because the axis is periodic", axis, grid.lower[axis],
-                   grid.n_cells[a] * grid.cell_size, grid.cell_size, tile_width, faults);
+    const int n = grid.n_cells[a];
+    const auto refuse = [&](const char* wanted, int step) {
+      suggest_size(domain, wanted, axis, grid.lower[axis], n * grid.cell_size, grid.cell_size, step, faults);
+    };
+    if (grid.periodic[a] && n != 1 && n % tile_width != 0)
+      refuse("a multiple of 4 cells because the axis is periodic, or one cell for a plane flow", tile_width);
+    else if (!grid.periodic[a] && n < fewest_cells)
+      refuse(n == 1 ? "at least 4 cells, or have periodic faces for a plane flow" : "at least 4 cells", 1);
   }
 }
 
@@ -84,8 +89,6 @@ bool Codec<GridGeometry>::read(const Value& value, const Rule&, GridGeometry& ou
                              input.cell_size, whole, "xyz"[axis], most_cells));
     else if (std::abs(count - whole) > tolerance * std::max(whole, 1.0))
       suggest_size(value, "a whole number of cells", axis, input.lower[axis], size, input.cell_size, 1, faults);
-    else if (whole < fewest_cells)
-      suggest_size(value, "at least 4 cells", axis, input.lower[axis], size, input.cell_size, 1, faults);
     else
       out.n_cells[static_cast<std::size_t>(axis)] = static_cast<int>(whole);
     n_tiles *= whole / tile_width + 2.0;  // the padding adds up to two tiles

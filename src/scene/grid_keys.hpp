@@ -14,8 +14,8 @@ struct DomainInput {
 };
 const config::Keys<DomainInput>& keys(config::Of<DomainInput>);
 
-/// Reports axes that are periodic and not a whole number of tiles long. `domain`: the table [domain].
-void check_periodic_cells(const config::Value& domain, const GridGeometry& grid, config::Faults& faults);
+/// Reports axes with too few cells, and periodic ones that are neither a whole number of tiles long nor one cell. `domain`: the table [domain].
+void check_number_of_cells(const config::Value& domain, const GridGeometry& grid, config::Faults& faults);
 
 namespace config {
 

@@ -123,7 +123,7 @@ void check_frame_count(const Value& root, const Scene& scene, Faults& faults) {
 void join_tables(const Value& root, Scene& scene, Faults& faults) {
   scene.grid.order = scene.transfer.order;
   for (std::size_t axis = 0; axis < 3; ++axis) scene.grid.periodic[axis] = is_periodic(scene.faces, axis);
-  check_periodic_cells(*root.find("domain"), scene.grid, faults);
+  check_number_of_cells(*root.find("domain"), scene.grid, faults);
   if (scene.bodies.empty() && scene.inflows.empty())
     faults.add(root.find("bodies") ? root.find("bodies")->place : root.place,
                "'bodies' is empty; a scene needs at least one body or inflow");

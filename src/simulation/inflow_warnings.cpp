@@ -14,11 +14,6 @@ namespace {
 
 constexpr int n_looks = 1000;  // times at which a nozzle that moves is looked at
 
-double narrowest_side(const Section& section) {
-  const Bounds box = bounds(section);
-  return (box.upper - box.lower).head<2>().minCoeff();
-}
-
 bool is_wall(const Scene& scene, const Vec3& x, double time) {
   for (int axis = 0; axis < 3; ++axis) {
     if (scene.grid.periodic[static_cast<std::size_t>(axis)]) continue;
@@ -52,7 +47,7 @@ std::vector<std::string> inflow_warnings(const Scene& scene, const std::vector<F
   std::vector<std::string> warnings;
   for (const Feed& feed : feeds) {
     const Inflow& inflow = feed.inflow();
-    const double width = narrowest_side(inflow.section) / (feed.layer_height() / inflow.volume_ratio);
+    const double width = narrowest_side(scene.grid, inflow) / (feed.layer_height() / inflow.volume_ratio);
     if (width < fewest_feed_particles * (1.0 - 1e-9))
       warnings.push_back(
           fmt::format("inflow '{}' is {:.2g} particles wide: with fewer than {:g} its section is coarse; more "

@@ -23,6 +23,9 @@ const MappedShape shapes[] = {
     {{"the last tiles reach beyond the nodes", {9, 7, 10}, {false, false, false}}},
     {{"periodic", {8, 12, 8}, {true, true, true}}},
     {{"one tile around z", {14, 8, 4}, {false, true, true}}},
+    {{"plane across y", {24, 1, 10}, {false, true, false}}},
+    {{"plane across z", {14, 12, 1}, {false, true, true}}},
+    {{"a column", {1, 1, 40}, {true, true, false}}},
     // Ranks want cells of ranks that they exchange no nodes with.
     {{"mostly empty", {24, 24, 24}, {false, false, true}}, 100, false},
 };

@@ -20,6 +20,8 @@ namespace {
 const GridShape shapes[] = {
     {"open", {9, 7, 13}, {false, false, false}},  // the last tiles reach beyond the last nodes
     {"periodic", {12, 8, 8}, {true, true, true}},
+    {"plane across y", {20, 1, 13}, {false, true, false}},
+    {"plane across z", {12, 18, 1}, {true, false, true}},
     {"slab of one tile", {14, 16, 4}, {false, true, true}},
     {"one tile along two axes", {40, 4, 4}, {true, true, true}},
 };
@@ -70,6 +72,7 @@ struct Setting {
     Int3 node{i, j, k};
     for (int axis = 0; axis < 3; ++axis) {
       const int n = geometry.n_nodes(axis);
+      if (geometry.periodic[axis] && n == 1 && node[axis] >= stencil_width(geometry.order)) return -1;  // no stencil gets there
       if (geometry.periodic[axis]) node[axis] %= n;
       if (node[axis] >= n) return -1;
     }

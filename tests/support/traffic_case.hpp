@@ -59,7 +59,9 @@ struct TrafficCase {
 inline void for_each_case(int n_ranks, const std::function<void(const TrafficCase&)>& check) {
   const GridGeometry shapes[] = {grid_of_cells({9, 17, 13}), grid_of_cells({12, 16, 20}, {true, true, true}),
                                  grid_of_cells({27, 8, 14}, {false, true, false}),
-                                 grid_of_cells({40, 4, 8}, {true, true, false})};
+                                 grid_of_cells({40, 4, 8}, {true, true, false}),
+                                 grid_of_cells({40, 1, 18}, {false, true, false}),
+                                 grid_of_cells({32, 24, 1}, {true, false, true})};
   for (GridGeometry grid : shapes)
     for (const SplineOrder order : {SplineOrder::quadratic, SplineOrder::cubic})
       for (unsigned seed = 0; seed < 5; ++seed) {

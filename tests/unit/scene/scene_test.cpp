@@ -150,7 +150,13 @@ TEST(SceneFaults, GridsThatDoNotFit) {
   EXPECT_EQ(
       faults_of(small_scene, {"boundaries.z_lower=periodic", "boundaries.z_upper=periodic"}),
       "s.toml:3:9: the domain is 10 cells of 0.05 m long along z; it must be a multiple of 4 cells because the axis is "
-      "periodic: 'domain.upper' = 0.6 (12 cells) along z would fit");
+      "periodic, or one cell for a plane flow: 'domain.upper' = 0.6 (12 cells) along z would fit");
+  EXPECT_EQ(faults_of(small_scene, {"domain.upper=[1,1,0.05]"}),
+            "--set domain.upper=[1,1,0.05]: the domain is 1 cells of 0.05 m long along z; it must be at least 4 cells, or have "
+            "periodic faces for a plane flow: 'domain.upper' = 0.2 (4 cells) along z would fit");
+  EXPECT_EQ(faults_of(small_scene, {"domain.upper=[1,1,0.1]", "boundaries.z_lower=periodic", "boundaries.z_upper=periodic"}),
+            "--set domain.upper=[1,1,0.1]: the domain is 2 cells of 0.05 m long along z; it must be a multiple of 4 cells because the "
+            "axis is periodic, or one cell for a plane flow: 'domain.upper' = 0.2 (4 cells) along z would fit");
   EXPECT_EQ(faults_of(small_scene, {"domain.upper=[1,0,1]"}),
             "--set domain.upper=[1,0,1]: 'domain.upper' = 0 along y; it must be greater than 'lower' = 0");
   EXPECT_EQ(
