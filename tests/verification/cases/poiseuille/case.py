@@ -20,7 +20,7 @@ def run(study, name, cells):
     flow, density, end = FLUIDS[name]
     box = channel_sets(flow.half, cells)
     return study.run_on_both(f"n{flow.index:g}_{cells}", {
-        **box, **flow.fluid_sets(), "bodies.0.shape.lower": box["domain.lower"], "bodies.0.shape.upper": box["domain.upper"],
+        **box, **flow.fluid_sets(200.0, 0.75), "bodies.0.shape.lower": box["domain.lower"], "bodies.0.shape.upper": box["domain.upper"],
         "materials.fluid.density": density, "gravity": [flow.slope / density, 0.0, 0.0], "time.end": end})
 
 
