@@ -61,7 +61,7 @@ def unsteadiness(run):
 
 
 def channel_sets(half, cells, layers=(-1.0, 1.0)):
-    """A column of 4 x 4 cells, `cells` to a half, from layers[0] to layers[1] halves; filled as far as the fluid goes."""
+    """A column of one cell, `cells` to a half, from layers[0] to layers[1] halves; filled as far as the fluid goes."""
     size = half / cells
-    lower, upper = [0.0, 0.0, layers[0] * half], [4.0 * size, 4.0 * size, layers[1] * half]
+    lower, upper = [0.0, 0.0, layers[0] * half], [size, size, layers[1] * half]
     return {"domain.lower": lower, "domain.upper": upper, "domain.cell_size": size}

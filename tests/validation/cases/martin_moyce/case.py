@@ -31,8 +31,8 @@ class MartinMoyce(Case):
     def plans(self, long):
         def plan(cells, floor="slip", transfer=""):
             cell = A / cells
-            sets = {"domain.cell_size": cell, "domain.upper": [8 * A, 4 * cell, 2.25 * A],
-                    "bodies.column.shape.upper": [A, 4 * cell, 2 * A], "boundaries.z_lower": floor}
+            sets = {"domain.cell_size": cell, "domain.upper": [8 * A, cell, 2.25 * A],
+                    "bodies.column.shape.upper": [A, cell, 2 * A], "boundaries.z_lower": floor}
             return Plan(f"{cells} cells, {floor} floor", sets, {"cells": cells, "floor": floor}, transfer)
         if not long:
             return [plan(CELLS[0])]

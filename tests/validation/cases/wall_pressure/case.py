@@ -31,8 +31,8 @@ class WallPressure(Case):
     def plans(self, long):
         def plan(cells, transfer=""):
             cell = TANK / round(cells * TANK / H)  # the far wall is a face of the domain
-            sets = {"domain.cell_size": cell, "domain.upper": [TANK, 4 * cell, cell * math.ceil(1.5 / cell)],
-                    "bodies.column.shape.upper": [1.2, 4 * cell, H], "time.end": 1.8 if long else 0.7}
+            sets = {"domain.cell_size": cell, "domain.upper": [TANK, cell, cell * math.ceil(1.5 / cell)],
+                    "bodies.column.shape.upper": [1.2, cell, H], "time.end": 1.8 if long else 0.7}
             return Plan(f"{cells} cells", sets, {"cells": cells}, transfer)
         if not long:
             return [plan(20)]

@@ -15,8 +15,8 @@ def rows(run, column):
 
 
 def sets(cell, **more):
-    return {"domain.cell_size": cell, "domain.upper": [0.7, 4 * cell, 0.1],
-            "bodies.block.shape.upper": [0.25, 4 * cell, HEIGHT],
+    return {"domain.cell_size": cell, "domain.upper": [0.7, cell, 0.1],
+            "bodies.block.shape.upper": [0.25, cell, HEIGHT],
             "output.history_interval": 20, **more}
 
 

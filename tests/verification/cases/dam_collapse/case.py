@@ -23,13 +23,13 @@ def compare(study, cells, end, softened=False):
     """Runs the dam on `cells` and compares it; returns heights by cell, the lubrication layer, the formula's and its front to first order."""
     moving, middle, rest, reach, short, found = [], [], [], [], [], {}
     for cell in cells:
-        sets = {"domain.cell_size": cell, "domain.upper": [WIDTH, 4 * cell, 0.064], "time.end": end,
-                "bodies.dam.shape.upper": [LENGTH, 4 * cell, 0.04], **(SOFTENED if softened else {})}
+        sets = {"domain.cell_size": cell, "domain.upper": [WIDTH, cell, 0.064], "time.end": end,
+                "bodies.dam.shape.upper": [LENGTH, cell, 0.04], **(SOFTENED if softened else {})}
         start = study.run if softened or (study.long and cell == cells[-1]) else study.run_on_both
         particles = list(start(f"cell_{1e3 * cell:g}mm{'_explicit' * softened}", sets).frames())[-1]
         edges = numpy.linspace(0.0, WIDTH, 73)
         middles = 0.5 * (edges[1:] + edges[:-1])
-        heights = columns(particles, edges, 4 * cell)
+        heights = columns(particles, edges, cell)
         volume = float(heights.sum() * (edges[1] - edges[0]))
         paste = PASTE.as_it_lies(particles)
         grid, (truth,) = lubrication(paste, volume, [end])

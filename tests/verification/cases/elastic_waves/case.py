@@ -37,8 +37,8 @@ def main():
                 field = ["0", "0", "0"]
                 field[axis] = PULSE
                 step = 0.3 * cell / SPEEDS["P"]
-                sets = {"domain.cell_size": cell, "domain.upper": [8.0, 4 * cell, 4 * cell], "transfer.scheme": scheme,
-                        "bodies.bar.shape.upper": [8.0, 4 * cell, 4 * cell], "bodies.bar.velocity_field": field,
+                sets = {"domain.cell_size": cell, "domain.upper": [8.0, cell, cell], "transfer.scheme": scheme,
+                        "bodies.bar.shape.upper": [8.0, cell, cell], "bodies.bar.velocity_field": field,
                         "time.end": DISTANCE / speed, "time.dt": step}
                 run = study.run_on_both if n == cells[0] and scheme == "moment_flip" else study.run
                 end = run(f"{wave}_{scheme}_{n}", sets).checkpoint()

@@ -89,9 +89,9 @@ def tube_sets(cells):
 
 
 def run_between_faces(study, label, cells, is_duct, more):
-    """Between faces of the domain: a square duct, or a slice of a plane channel four cells thick."""
+    """Between faces of the domain: a square duct, or a plane channel."""
     size, length, sets = tube_sets(cells)
-    half, depth = 0.5 * WIDTH, 0.5 * WIDTH if is_duct else 2.0 * size
+    half, depth = 0.5 * WIDTH, 0.5 * WIDTH if is_duct else 0.5 * size
     walls = {"boundaries.z_lower": "sticky", "boundaries.z_upper": "sticky"} if is_duct else {}
     result = study.run_on_both(label, {
         **sets, "domain.lower": [0.0, -half, -depth], "domain.upper": [length, half, depth],

@@ -17,7 +17,7 @@ class Layer:
         particles = run.checkpoint()
         x, volume = particles["position"], particles["reference_volume"] * particles["volume_ratio"]
         self.ratio = float(volume.sum() / particles["reference_volume"].sum())
-        depth = 4.0 * size
+        depth = size
         above = x[:, 2] > 0.0
         self.front = float(x[above, 0].max())
         first, last = SLOT + 2.0 * size, self.front - 5.0 * size
@@ -27,8 +27,8 @@ class Layer:
 
 
 def study_layer(study, label, size, name, more):
-    run = study.run(label, {"domain.cell_size": size, "domain.upper": [0.08, 4.0 * size, 0.02],
-                            "bodies.0.shape.upper": [SLOT, 4.0 * size, 0.0], **more})
+    run = study.run(label, {"domain.cell_size": size, "domain.upper": [0.08, size, 0.02],
+                            "bodies.0.shape.upper": [SLOT, size, 0.0], **more})
     layer = Layer(run, size)
     what = f"{name}, cells of {1e3 * size:g} mm"
     study.expect(f"{what}: volume of the particles in the two lowest layers of cells, over that of the cells", layer.fullness, 1.0, TOLERANCE)

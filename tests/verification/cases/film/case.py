@@ -35,7 +35,7 @@ def brink(study):
         for word, flow in flows.items():
             result = study.run(f"just_{word}_{integrator}", {
                 **channel_sets(thickness, cells, (0.0, 1.25)), **flow.fluid_sets(), "materials.fluid.bulk_modulus": bulk,
-                "bodies.0.shape.lower": [0.0, 0.0, 0.0], "bodies.0.shape.upper": [4.0 * thickness / cells, 4.0 * thickness / cells, thickness],
+                "bodies.0.shape.lower": [0.0, 0.0, 0.0], "bodies.0.shape.upper": [thickness / cells, thickness / cells, thickness],
                 "materials.fluid.density": DENSITY, "gravity": [flow.slope / DENSITY, 0.0, -flow.slope / DENSITY / slope],
                 "time.integrator": integrator, "time.end": 0.6})
             history = result.history()

@@ -20,7 +20,7 @@ HEIGHT, FRONT = PROTOTYPE
 
 def slice_of(cell):
     """Cells of this width, and as many of them across the slice."""
-    return {"domain.cell_size": cell, "domain.upper": [0.9, 4 * cell, 0.4], "bodies.ball.shape.end": [0.3, 4 * cell, 0.125]}
+    return {"domain.cell_size": cell, "domain.upper": [0.9, cell, 0.4], "bodies.ball.shape.end": [0.3, cell, 0.125]}
 
 
 def places(run):

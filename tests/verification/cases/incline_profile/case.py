@@ -34,13 +34,13 @@ def compare(study, cells, end, softened=False):
     """Runs the slug on `cells` and compares it; returns heights by cell, the lubrication layer and the formula's."""
     moving, rest, reach, found = [], [], [], {}
     for cell in cells:
-        sets = {"domain.cell_size": cell, "domain.upper": [WIDTH, 4 * cell, 0.032], "time.end": end,
-                "bodies.slug.shape.upper": [LENGTH, 4 * cell, HEIGHT], **(SOFTENED if softened else {})}
+        sets = {"domain.cell_size": cell, "domain.upper": [WIDTH, cell, 0.032], "time.end": end,
+                "bodies.slug.shape.upper": [LENGTH, cell, HEIGHT], **(SOFTENED if softened else {})}
         start = study.run if softened or (study.long and cell == cells[-1]) else study.run_on_both
         particles = list(start(f"cell_{1e3 * cell:.2g}mm{'_explicit' * softened}", sets).frames())[-1]
         edges = numpy.linspace(0.0, WIDTH, 61)
         middles = 0.5 * (edges[1:] + edges[:-1])
-        found[cell] = heights = columns(particles, edges, 4 * cell)
+        found[cell] = heights = columns(particles, edges, cell)
         volume = float(heights.sum() * (edges[1] - edges[0]))
         grid = numpy.linspace(0.0, WIDTH, 181)
         paste = PASTE.as_it_lies(particles)

@@ -99,7 +99,7 @@ def main():
         applied = MU0 * magnetisation(strength) * amplitude / (DENSITY * GRAVITY)
         for cells in levels:
             cell = DEPTH / cells
-            width = 4.0 * cell
+            width = cell
             run = study.run_on_both if along and cells == 10 else functools.partial(study.run, ranks=1)
             particles = run(f"{name}_{cells}", {
                 "domain.cell_size": cell, "domain.upper": [LENGTH, width, DEPTH + 4.0 * cell],

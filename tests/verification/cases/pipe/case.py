@@ -16,8 +16,8 @@ def run(study, flow, cells):
     side, center = (cells + 2) * size, [n * size for n in CENTER]
     wall = "colliders.0.shape.parts.0"
     return study.run_on_both(f"n{flow.index:g}_{cells}", {
-        "domain.lower": [0.0, -side, -side], "domain.upper": [4.0 * size, side, side], "domain.cell_size": size,
-        "bodies.0.shape.start": [0.0, *center], "bodies.0.shape.end": [4.0 * size, *center], "bodies.0.shape.radius": RADIUS,
+        "domain.lower": [0.0, -side, -side], "domain.upper": [size, side, side], "domain.cell_size": size,
+        "bodies.0.shape.start": [0.0, *center], "bodies.0.shape.end": [size, *center], "bodies.0.shape.radius": RADIUS,
         f"{wall}.start": [-1.0, *center], f"{wall}.end": [1.0, *center], f"{wall}.radius": RADIUS,
         "materials.fluid.density": DENSITY, "gravity": [FORCE / DENSITY, 0.0, 0.0],
         "time.end": 0.3 / min(1.0, 1.5 * flow.index), **flow.fluid_sets()})

@@ -33,11 +33,11 @@ def main():
     for aspect in (1, 3):
         reached = []
         for cell in cells:
-            sets = {"domain.cell_size": cell, "domain.upper": [WIDTH, 4 * cell, 0.36],
-                    "bodies.column.shape.upper": [LENGTH, 4 * cell, aspect * LENGTH]}
+            sets = {"domain.cell_size": cell, "domain.upper": [WIDTH, cell, 0.36],
+                    "bodies.column.shape.upper": [LENGTH, cell, aspect * LENGTH]}
             start = study.run_on_both if cell > cells[-1] or not study.long else study.run
             particles = list(start(f"ratio_{aspect}_cell_{1e3 * cell:.2g}mm", sets).frames())[-1]
-            heights = columns(particles, edges, 4 * cell)
+            heights = columns(particles, edges, cell)
             ahead = float(front(middles, heights, EDGE) / LENGTH - 1.0)
             top = float(particles["position"][particles["position"][:, 0] < 0.2 * LENGTH, 2].max() / LENGTH)
             reached.append(ahead)

@@ -32,8 +32,8 @@ def main():
     for scheme in ("apic", "moment_flip", "flip", "pic"):
         changes = []
         for size in sizes:
-            sets = {"transfer.scheme": scheme, "domain.cell_size": size, "domain.upper": [0.32, 0.32, 4 * size],
-                    "bodies.body.shape.end": [0.16, 0.16, 4 * size], "time.end": turns * TURN}
+            sets = {"transfer.scheme": scheme, "domain.cell_size": size, "domain.upper": [0.32, 0.32, size],
+                    "bodies.body.shape.end": [0.16, 0.16, size], "time.end": turns * TURN}
             exact = scheme in ("apic", "moment_flip")
             run = study.run_on_both if exact else study.run
             time, vectors = momentum(run(f"disk_{scheme}_{size:g}", sets))

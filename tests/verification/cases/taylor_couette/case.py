@@ -22,7 +22,7 @@ def main():
     errors, torque_errors = [], []
     for cells in levels:
         size = (OUTER - INNER) / cells
-        side, height, center = (2 * cells + 2) * size, 4.0 * size, [n * size for n in CENTER]
+        side, height, center = (2 * cells + 2) * size, size, [n * size for n in CENTER]
         sets = {"domain.lower": [-side, -side, 0.0], "domain.upper": [side, side, height], "domain.cell_size": size,
                 "colliders.shaft.center": [*center, 0.0], "colliders.cup.center": [*center, 0.0]}
         for cylinder, bottom, top in (("bodies.0.shape.parts.0", 0.0, height), ("bodies.0.shape.parts.1", -1.0, 1.0),

@@ -34,8 +34,8 @@ def main():
     worst, profile, floor, found = [], [], [], {}
     for n in cells:
         cell = HEIGHT / n
-        sets = {"domain.cell_size": cell, "domain.upper": [4 * cell, 4 * cell, 1.25 * HEIGHT],
-                "bodies.layer.shape.upper": [4 * cell, 4 * cell, HEIGHT]}
+        sets = {"domain.cell_size": cell, "domain.upper": [cell, cell, 1.25 * HEIGHT],
+                "bodies.layer.shape.upper": [cell, cell, HEIGHT]}
         start = study.run_on_both if n < cells[-1] or not study.long else study.run
         off = []
         for frame in list(start(f"{n}_cells", sets).frames())[1:]:

@@ -27,7 +27,7 @@ def speed_of_cylinder(stress):
 def stress_of_vane(study, spin, cells):
     """Pa: the mean torque of the second half of a run, over 2 pi R^2 times the height of the slice."""
     size = RADIUS / cells
-    side, height = 2 * cells * size, 4.0 * size
+    side, height = 2 * cells * size, size
     end = max(0.3, WAY / spin) if study.long else 0.08
     sets = {"domain.cell_size": size, "domain.lower": [-side, -side, 0.0], "domain.upper": [side, side, height], "time.end": end,
             "bodies.0.shape.parts.0.lower": [-side, -side, 0.0], "bodies.0.shape.parts.0.upper": [side, side, height],

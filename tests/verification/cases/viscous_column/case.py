@@ -20,7 +20,7 @@ class Column:
         self.center = volume @ position[:, :2] / volume.sum()
         self.front = numpy.quantile(position[:, 0], 0.995)
         history = run.history()
-        self.kinetic = history["kinetic_energy_J"][-1] / 0.025
+        self.kinetic = history["kinetic_energy_J"][-1] / DX
         self.residual = abs(history["energy_residual_J"]).max() / abs(history["gravity_work_J"][-1])
 
 

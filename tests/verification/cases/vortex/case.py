@@ -56,8 +56,8 @@ def resolution(n):
     """`n` cells per unit of radius."""
     cell = 1.0 / n
     step = PERIOD / (8 * math.ceil(PERIOD / (8 * 0.3 * cell / WAVE_SPEED)))
-    return {"domain.cell_size": cell, "domain.upper": [1.6, 1.6, 4 * cell], "time.dt": step,
-            "bodies.cylinder.shape.end": [0.0, 0.0, 4 * cell], "output.frame_interval": PERIOD / 8,
+    return {"domain.cell_size": cell, "domain.upper": [1.6, 1.6, cell], "time.dt": step,
+            "bodies.cylinder.shape.end": [0.0, 0.0, cell], "output.frame_interval": PERIOD / 8,
             "bodies.cylinder.velocity_field": start_velocity(step), "acceleration_field": body_force()}
 
 

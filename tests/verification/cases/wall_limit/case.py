@@ -24,8 +24,8 @@ def slip_plane_bound(slenderness):
 def plane_wall(slenderness, cells):
     width = slenderness * HEIGHT
     cell = width / cells
-    upper = [0.5 * width, 4.0 * cell, HEIGHT]
-    return {"domain.cell_size": cell, "domain.upper": [1.5 * width, 4.0 * cell, math.ceil(HEIGHT / cell + 2.0) * cell],
+    upper = [0.5 * width, cell, HEIGHT]
+    return {"domain.cell_size": cell, "domain.upper": [1.5 * width, cell, math.ceil(HEIGHT / cell + 2.0) * cell],
             "bodies.wall.shape": {"type": "box", "lower": [0.0, 0.0, 0.0], "upper": upper}}
 
 

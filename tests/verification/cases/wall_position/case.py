@@ -28,8 +28,8 @@ def sticky_position(study, cells, offset):
     """Distance, in half gaps, from the stated position of the lower wall to where the parabola is zero."""
     size = GAP / cells
     wall = 0.0 if offset is None else (1.0 + offset) * size
-    sets = {"domain.upper": [4.0 * size, 4.0 * size, 2.0 * GAP], "domain.cell_size": size,
-            "bodies.0.shape.lower": [0.0, 0.0, wall], "bodies.0.shape.upper": [4.0 * size, 4.0 * size, 2.0 * GAP]}
+    sets = {"domain.upper": [size, size, 2.0 * GAP], "domain.cell_size": size,
+            "bodies.0.shape.lower": [0.0, 0.0, wall], "bodies.0.shape.upper": [size, size, 2.0 * GAP]}
     scene = study.scene.with_name("shear.toml")
     if offset is not None:
         scene = scene_with(study, "shear.toml", "sticky")
@@ -45,8 +45,8 @@ def slip_position(study, cells, offset):
     """Distance, in heights, from the stated position of the wall to where the displacement of the column is zero."""
     size = HEIGHT / cells
     wall = 0.0 if offset is None else (1.0 + offset) * size
-    sets = {"domain.upper": [4.0 * size, 4.0 * size, HEIGHT + 4.0 * size], "domain.cell_size": size,
-            "bodies.0.shape.lower": [0.0, 0.0, wall], "bodies.0.shape.upper": [4.0 * size, 4.0 * size, wall + HEIGHT],
+    sets = {"domain.upper": [size, size, HEIGHT + 4.0 * size], "domain.cell_size": size,
+            "bodies.0.shape.lower": [0.0, 0.0, wall], "bodies.0.shape.upper": [size, size, wall + HEIGHT],
             "output.history_interval": 100}
     scene = study.scene
     if offset is not None:
