@@ -134,18 +134,23 @@ SectionFrame section_frame(const Inflow& inflow) {
   return frame;
 }
 
-double narrowest_side(const GridGeometry& grid, const Inflow& inflow) {
+std::array<bool, 2> sides_across(const GridGeometry& grid, const Inflow& inflow) {
   const Bounds box = bounds(inflow.section);
   const SectionFrame frame = section_frame(inflow);
-  double narrowest = INFINITY;
-  for (int side = 0; side < 2; ++side) {
-    const Vec3& along = side == 0 ? frame.first : frame.second;
-    const double width = box.upper[side] - box.lower[side];
-    bool spans = false;
+  std::array<bool, 2> across{};
+  for (int side = 0; side < 2; ++side)
     for (int axis = 0; axis < 3; ++axis)
-      spans = spans || (grid.is_plane(axis) && std::abs(along[axis]) > 1.0 - 1e-12 && width > grid.cell_size * (1.0 - 1e-9));
-    if (!spans) narrowest = std::min(narrowest, width);
-  }
+      if (grid.is_plane(axis) && std::abs((side == 0 ? frame.first : frame.second)[axis]) > 1.0 - 1e-12)
+        across[static_cast<std::size_t>(side)] = box.upper[side] - box.lower[side] > grid.cell_size * (1.0 - 1e-9);
+  return across;
+}
+
+double narrowest_side(const GridGeometry& grid, const Inflow& inflow) {
+  const Bounds box = bounds(inflow.section);
+  const std::array<bool, 2> across = sides_across(grid, inflow);
+  double narrowest = INFINITY;
+  for (int side = 0; side < 2; ++side)
+    if (!across[static_cast<std::size_t>(side)]) narrowest = std::min(narrowest, box.upper[side] - box.lower[side]);
   return narrowest;
 }
 
@@ -246,7 +251,9 @@ Feed::Feed(const GridGeometry& grid, const Inflow& inflow, GlobalIndex first_id,
         "has a section {:g} m wide; it must be at least 4 particles wide, {:g} m: make it wider, the cells of {:g} m "
         "smaller, or particles_per_cell greater than {}",
         narrowest, 4.0 * spacing, dx, inflow.particles_per_cell));
-  const double rows = std::ceil(sides[0] / spacing - 1e-9), columns = std::ceil(sides[1] / spacing - 1e-9);
+  const std::array<bool, 2> across = sides_across(grid, inflow);
+  const double apart[2] = {across[0] ? sides[0] : spacing, across[1] ? sides[1] : spacing};  // m, particles along either side
+  const double rows = std::ceil(sides[0] / apart[0] - 1e-9), columns = std::ceil(sides[1] / apart[1] - 1e-9);
   if (rows * columns > static_cast<double>(ids_per_layer))
     throw UsageError(
         fmt::format("has a section of {:.0f} x {:.0f} particles; it may have {}", rows, columns, ids_per_layer));
@@ -254,8 +261,8 @@ Feed::Feed(const GridGeometry& grid, const Inflow& inflow, GlobalIndex first_id,
   place_of_number_.assign(static_cast<std::size_t>(rows * columns), -1);
   for (GlobalIndex number = 0; number < static_cast<GlobalIndex>(place_of_number_.size()); ++number) {
     const auto n_columns = static_cast<GlobalIndex>(columns);
-    const double a = middle[0] + (static_cast<double>(number / n_columns) - 0.5 * (rows - 1.0)) * spacing;
-    const double b = middle[1] + (static_cast<double>(number % n_columns) - 0.5 * (columns - 1.0)) * spacing;
+    const double a = middle[0] + (static_cast<double>(number / n_columns) - 0.5 * (rows - 1.0)) * apart[0];
+    const double b = middle[1] + (static_cast<double>(number % n_columns) - 0.5 * (columns - 1.0)) * apart[1];
     if (signed_distance(inflow.section, a, b) > 0.0) continue;
     place_of_number_[static_cast<std::size_t>(number)] = static_cast<LocalIndex>(points_.size());
     const SpeedShares::Share share = shares_.at(a, b);
@@ -263,7 +270,7 @@ Feed::Feed(const GridGeometry& grid, const Inflow& inflow, GlobalIndex first_id,
                        share.slope[0] * frame_.first + share.slope[1] * frame_.second, is_plug() ? 0.0 : phase_of(number)});
     speeds += share.value;
   }
-  const double section_area = area(inflow.section), held = static_cast<double>(points_.size()) * spacing * spacing;
+  const double section_area = area(inflow.section), held = static_cast<double>(points_.size()) * apart[0] * apart[1];
   if (!(section_area > 0.0)) throw UsageError("has an empty section: its shape does not reach the plane z = 0");
   if (!(held > 0.5 * section_area && held < 2.0 * section_area))
     throw UsageError(

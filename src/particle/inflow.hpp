@@ -91,7 +91,9 @@ struct SectionFrame {
   Vec3 axis, first, second;
 };
 SectionFrame section_frame(const Inflow& inflow);
-/// The shorter side of the section's bounds, m. One that spans a plane flow counts as without end.
+/// Whether the sides of the section along the frame's first and second axis span a plane flow, which has one particle there.
+std::array<bool, 2> sides_across(const GridGeometry& grid, const Inflow& inflow);
+/// The shorter side of the section's bounds, m, but for those that span a plane flow.
 double narrowest_side(const GridGeometry& grid, const Inflow& inflow);
 
 /// How the nozzle moves: a point x of it has the velocity `velocity` + `spin` x (x - position), the feed `speed` times the share of the

@@ -15,7 +15,7 @@ namespace {
 constexpr GlobalIndex places_per_cell = 64;  ///< ids set aside for each cell and body: the largest lattice
 constexpr double largest_jitter = 0.4;       ///< of the lattice spacing: neighbours never meet, and nothing leaves its cell
 
-/// k of the k x k x k lattice in a cell.
+/// k of the k x k x k lattice in a cell, of which the cells of a plane flow have the layer in the middle.
 int lattice_width(const Body& body) {
   for (int k = 1; k <= 4; ++k)
     if (k * k * k == body.particles_per_cell) return k;
@@ -169,14 +169,17 @@ void visit_lattice(const GridGeometry& grid, const Body& body, const Int3& cell,
   for (int place = 0; place < k * k * k; ++place) {
     const Int3 a{place / (k * k), (place / k) % k, place % k};
     Vec3 position;
+    bool is_copy = false;  // of a particle that is before it across a plane flow
     for (int axis = 0; axis < 3; ++axis) {
       const auto c = static_cast<std::size_t>(axis);
-      double in_cell = (a[c] + 0.5) * spacing;
-      if (body.lattice == SeedingLattice::jittered)
+      const bool across = grid.is_plane(axis);
+      is_copy = is_copy || (across && a[c] > 0);
+      double in_cell = across ? 0.5 : (a[c] + 0.5) * spacing;
+      if (body.lattice == SeedingLattice::jittered && !across)
         in_cell += largest_jitter * spacing * random_offset(body.seed, cell_index(grid, cell), place, axis);
       position[axis] = grid.lower[axis] + (cell[c] + in_cell) * grid.cell_size;
     }
-    visit(position, place);
+    if (!is_copy) visit(position, place);
   }
 }
 
@@ -210,7 +213,7 @@ struct Seed {
 
 void store(const GridGeometry& grid, const Body& body, const Seed& seed, StartMotion& motion, LocalIndex p,
            ParticleSet& particles) {
-  const double volume = grid.cell_size * grid.cell_size * grid.cell_size / body.particles_per_cell;
+  const double volume = grid.cell_size * grid.cell_size * grid.cell_size / particles_in_cell(grid, body);
   particles.set_vector(Field::position, p, seed.position);
   particles.set_vector(Field::velocity, p, motion.velocity(seed.position));
   const Mat3 gradient = motion.gradient(seed.position);
@@ -227,6 +230,11 @@ void store(const GridGeometry& grid, const Body& body, const Seed& seed, StartMo
 constexpr double difference_step = 0x1p-14;
 
 }  // namespace
+
+int particles_in_cell(const GridGeometry& grid, const Body& body) {
+  const int k = lattice_width(body);
+  return (grid.is_plane(0) ? 1 : k) * (grid.is_plane(1) ? 1 : k) * (grid.is_plane(2) ? 1 : k);
+}
 
 StartMotion::StartMotion(const GridGeometry& grid, const Body& body)
     : velocity_(body.velocity),

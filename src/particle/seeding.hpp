@@ -48,6 +48,10 @@ class StartMotion {
   std::optional<VectorField> field_;
 };
 
+/// Particles in a full cell: `particles_per_cell`, or one layer of them in a plane flow. Throws UsageError if that is not 1, 8, 27 or
+/// 64. Not collective.
+int particles_in_cell(const GridGeometry& grid, const Body& body);
+
 /// A particle whose `velocity_field` has no finite value or gradient.
 struct UndefinedMotion {
   std::size_t body;
@@ -61,7 +65,7 @@ std::optional<UndefinedMotion> find_undefined_motion(const GridGeometry& grid, c
 /// Appends the particles of `bodies` whose tile is in `tiles` (ascending), tile by tile: reserve room for them. Sets position, velocity, affine_velocity (the
 /// gradient of the velocity), left_cauchy_green = 1, volume_ratio = 1, mass, reference_volume, material and id; stress and
 /// plastic fields zero. Lattice points lie at lower + (cell + (a + 1/2) / k) dx with k^3 = particles_per_cell, a = 0 .. k -
-/// 1 per axis; a jittered one moves by at most 0.4 / k cells per axis. A body keeps the points with signed distance <= 0
+/// 1 per axis, those of a plane flow in the middle across it; a jittered one moves by at most 0.4 / k cells per axis. A body keeps the points with signed distance <= 0
 /// that no earlier body holds; nothing is seeded outside the domain, and a body does not wrap around a periodic axis. id =
 /// (body * number of cells + cell) * 64 + place in the cell, z fastest. Throws UsageError for a degenerate shape, a lattice
 /// that is not 1, 8, 27 or 64, a density <= 0, or ids that overflow, and RunError if the particles exceed what one rank can

@@ -27,7 +27,7 @@ const config::Keys<Body>& keys(config::Of<Body>) {
                 .names = {"x", "y", "z"},
                 .default_text = "none"})
           .key("particles_per_cell", &Body::particles_per_cell,
-               {.about = "Particles in a full grid cell: a lattice of 1, 2, 3 or 4 along each axis.",
+               {.about = "Particles in a full grid cell: a lattice of 1, 2, 3 or 4 along each axis; a plane flow has one layer of it.",
                 .choices = {1, 8, 27, 64}})
           .key("lattice", &Body::lattice, {.about = "Whether particles are placed on the lattice or shifted at random."})
           .key("seed", &Body::seed, {.about = "Seed of the random shifts.", .range = config::at_least(0.0)})

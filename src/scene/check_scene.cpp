@@ -97,7 +97,7 @@ constexpr double too_many_particles = 1e11;
 double particles_in_meshes(const GridGeometry& grid, const Body& body) {
   double volume = 0.0;
   visit_meshes(body.shape, [&](const Mesh& mesh) { volume += std::abs(mesh.solid->facts().volume); });
-  return volume / std::pow(grid.cell_size, 3) * body.particles_per_cell;
+  return volume / std::pow(grid.cell_size, 3) * particles_in_cell(grid, body);
 }
 
 /// How many particles a body has within the domain, from a coarse lattice; 0 where they cannot be too many.
@@ -105,7 +105,7 @@ double particles_in_shape(const GridGeometry& grid, const Body& body) {
   const Bounds b = bounds(body.shape);
   const Vec3 lower = b.lower.cwiseMax(grid.lower), size = b.upper.cwiseMin(grid.upper()) - lower;
   if (!(size.minCoeff() > 0.0)) return 0.0;
-  const double most = (size / grid.cell_size).prod() * body.particles_per_cell;
+  const double most = (size / grid.cell_size).prod() * particles_in_cell(grid, body);
   if (most <= too_many_particles) return 0.0;
   constexpr int n = 24;  // points along each axis
   int inside = 0;

@@ -175,7 +175,7 @@ const Keys<Inflow>& keys(config::Of<Inflow>) {
                 .unit = "Pa",
                 .range = config::at_least(0.0)})
           .key("particles_per_cell", &Inflow::particles_per_cell,
-               {.about = "Particles in a full grid cell.", .choices = {1, 8, 27, 64}})
+               {.about = "Particles in a full grid cell, as of a body.", .choices = {1, 8, 27, 64}})
           .key("moves_with", &Inflow::moves_with,
                {.about = "Name of a collider whose motion carries the nozzle along.", .default_text = "none"})
           .check(check_inflow);

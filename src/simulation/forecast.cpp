@@ -61,7 +61,7 @@ BodyForecast body_forecast(const Comm& comm, const Scene& scene, const Body& bod
   alone.inflows.clear();
   f.n_particles = gather_census(comm, seeded_census(comm, alone)).n_particles();
   const double dx = scene.grid.cell_size;
-  f.mass = static_cast<double>(f.n_particles) * body.density * dx * dx * dx / body.particles_per_cell;
+  f.mass = static_cast<double>(f.n_particles) * body.density * dx * dx * dx / particles_in_cell(scene.grid, body);
 
   const Bounds box = bounds(body.shape);
   f.size = (box.upper - box.lower).maxCoeff();

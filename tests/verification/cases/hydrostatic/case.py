@@ -26,8 +26,8 @@ def run(study, name, cells):
     size = height / cells
     wave_speed = math.sqrt(((bulk if name in COLUMNS else 0.0) + 4.0 / 3.0 * shear) / density)
     return study.run_on_both(f"{name}_{cells}", {
-        "domain.upper": [size, size, height + 2.0 * size], "domain.cell_size": size,
-        "bodies.0.shape.upper": [size, size, height], "materials.solid.density": density,
+        "domain.upper": [4.0 * size, 4.0 * size, height + 2.0 * size], "domain.cell_size": size,
+        "bodies.0.shape.upper": [4.0 * size, 4.0 * size, height], "materials.solid.density": density,
         "materials.solid.bulk_modulus": bulk, "materials.solid.shear_modulus": shear,
         "time.end": 12.0 * cells * height / wave_speed, "output.history_interval": 100})
 
@@ -40,7 +40,7 @@ def layers(particles):
     return z[order].mean(axis=1), stress[order].mean(axis=1), numpy.ptp(z[order], axis=1).max()
 
 
-LAYER = 2 * 2  # particles: two per cell along x and y
+LAYER = 8 * 8  # particles: two per cell along x and y
 
 
 def water_like(study):
