@@ -106,6 +106,25 @@ TEST(Feed, RefusesSectionsOfFewParticles) {
 
 Shape solid(auto kind) { return Shape{std::move(kind)}; }
 
+TEST(Feed, HasOneLayerAcrossAPlaneFlow) {
+  GridGeometry plane = grid();
+  plane.n_cells[1] = 1;
+  plane.periodic[1] = true;
+  Inflow inflow = jet();
+  for (const bool turned : {false, true}) {
+    inflow.section = turned ? RectangleSection{0.06, 0.01} : RectangleSection{0.01, 0.06};
+    inflow.side = turned ? Vec3::UnitX() : Vec3::UnitY();
+    inflow.position = Vec3(0.1, 0.005, 0.15);
+    EXPECT_DOUBLE_EQ(narrowest_side(plane, inflow), 0.06);
+    const Feed feed(plane, inflow, 1000, 2.0);
+    ASSERT_EQ(feed.points().size(), 12u);
+    for (const Feed::Point& point : feed.points()) EXPECT_NEAR(point.offset[1], 0.0, 1e-17);
+    EXPECT_NEAR(12.0 * feed.particle_volume(), 0.06 * 0.01 * 0.005, 1e-18);
+    EXPECT_DOUBLE_EQ(narrowest_side(grid(), inflow), 0.01);
+    EXPECT_THROW(Feed(grid(), inflow, 1000, 2.0), UsageError) << "in a slab it is two particles wide";
+  }
+}
+
 TEST(Section, OfAShapeIsWhatItsPlaneCuts) {
   const ShapeSection cut{solid(Sphere{Vec3(0.01, 0.0, 0.03), 0.05})};  // a disc of 0.04 m
   EXPECT_NEAR(area(cut) / area(DiscSection{0.04}), 1.0, 2e-4);

@@ -136,6 +136,26 @@ TEST(Seeding, RegularParticlesStandOnTheLattice) {
   }
 }
 
+TEST(Seeding, APlaneFlowHasOneLayer) {
+  for (std::size_t across = 0; across < 3; ++across) {
+    GridGeometry grid = unit_grid(8);
+    grid.n_cells[across] = 1;
+    grid.periodic[across] = true;
+    Body body = body_of({Box{grid.lower, grid.upper()}}, 27);
+    EXPECT_EQ(particles_in_cell(grid, body), 9);
+    for (const SeedingLattice lattice : {SeedingLattice::regular, SeedingLattice::jittered}) {
+      body.lattice = lattice;
+      const ParticleSet set = seeded(grid, {body});
+      EXPECT_EQ(set.size(), 64 * 9);
+      EXPECT_EQ(static_cast<LocalIndex>(particles_by_id(set).size()), set.size()) << "every id once";
+      EXPECT_NEAR(total_volume(set), 0.125, 1e-14);
+      const double middle = grid.lower[static_cast<int>(across)] + 0.5 * grid.cell_size;
+      for (LocalIndex p = 0; p < set.size(); ++p)
+        EXPECT_EQ(set.vector(Field::position, p)[static_cast<int>(across)], middle);
+    }
+  }
+}
+
 TEST(Seeding, IdsNameBodyCellAndPlace) {
   const GridGeometry grid = unit_grid(8);
   const ParticleSet set =
