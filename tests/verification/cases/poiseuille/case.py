@@ -55,7 +55,7 @@ def main():
     def draw(axes):
         for name, (y, speed, truth) in profiles.items():
             line, = axes.plot(truth, y, linewidth=1, label=name)
-            axes.plot(speed[::61], y[::61], ".", markersize=3, color=line.get_color())
+            axes.plot(speed[::3], y[::3], ".", markersize=3, color=line.get_color())
         axes.set_xlabel("u / largest u")
         axes.set_ylabel("y / a")
         axes.legend()
