@@ -31,7 +31,7 @@ CellGrid::Stencils stencils_of(const GridGeometry& grid) {
   CellGrid::Stencils stencils{};
   for (int place = 0; place < tile_nodes; ++place)
     for (int a = 0; a < s * s * s; ++a) {
-      Int3 at{place / 16 + a / (s * s), place / 4 % 4 + a / s % s, place % 4 + a % s};
+      const Int3 at{place / 16 + a / (s * s), place / 4 % 4 + a / s % s, place % 4 + a % s};
       int above = 0, in_tile = 0;
       for (int axis = 0; axis < 3; ++axis) {
         const int along = grid.is_plane(axis) ? 0 : at[static_cast<std::size_t>(axis)];
