@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from collections import Counter
 
 import numpy
 from paraview.servermanager import vtkSMTransferFunctionPresets
@@ -10,7 +11,7 @@ from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkPolyDataNormals
 from vtkmodules.vtkFiltersFlowPaths import vtkStreamTracer
-from vtkmodules.vtkFiltersSources import vtkPlaneSource
+from vtkmodules.vtkFiltersSources import vtkCubeSource, vtkPlaneSource
 
 from rendering.faults import fail, note
 from rendering.look import DIRECTIONS, SPHERE_SHADER, rgb
@@ -58,7 +59,8 @@ class Stage:
         self.materials, self.collider_names = series.materials(), series.collider_names()
         self.remark_strangers()
         self.field = self.chosen_field()
-        self.shown = []  # proxies of the present frame
+        self.things = {}  # by kind and number: source and display, used again in every frame
+        self.present = Counter()  # how many of each kind the present frame has
         self.legend = None
         self.meshes = {}  # of colliders by name, with the corners they were made from: most stay where they are
         self.domain = look.crop() or series.domain() or self.bounds_of_material()
@@ -244,22 +246,39 @@ class Stage:
 
     # --- one frame ------------------------------------------------------------------------------------------------------
 
-    def show(self, data, opacity=1.0):
-        """Colours as they are: light is in them already."""
+    def show(self, data, kind, prepare):
+        """Shows data in the present frame, as one more of `kind`, and returns its display; `prepare` is called with a new one. What a frame
+        before had of that kind gets new data: to make a display and to compile its shaders takes longer than to draw with it."""
+        key = kind, self.present[kind]
+        self.present[kind] += 1
+        if key in self.things:
+            source, display = self.things[key]
+            source.GetClientSideObject().SetOutput(data)
+            source.MarkModified(source.SMProxy)
+            display.Visibility = 1
+            return display
         source = self.simple.TrivialProducer()
         source.GetClientSideObject().SetOutput(data)
         display = self.simple.Show(source, self.view)
-        self.simple.ColorBy(display, ("POINTS", "color"))
-        display.MapScalars = 0
-        display.SetScalarBarVisibility(self.view, False)
-        display.Ambient, display.Diffuse, display.Specular, display.Opacity = 1.0, 0.0, 0.0, opacity
-        self.shown.append(source)
+        prepare(display)
+        self.things[key] = source, display
         return display
 
+    def show_lit(self, data, kind="surface", opacity=1.0):
+        """Colours as they are: light is in them already."""
+        def prepare(display):
+            self.simple.ColorBy(display, ("POINTS", "color"))
+            display.MapScalars = 0
+            display.SetScalarBarVisibility(self.view, False)
+            display.Ambient, display.Diffuse, display.Specular, display.Opacity = 1.0, 0.0, 0.0, opacity
+            if kind == "spheres":
+                display.SetRepresentationType("Point Gaussian")
+                display.ShaderPreset = "Custom"
+                display.CustomShader = SPHERE_SHADER
+        return self.show(data, (kind, opacity), prepare)
+
     def draw(self, number):
-        for source in self.shown:
-            self.simple.Delete(source)
-        self.shown = []
+        self.present.clear()
         particles = self.reader.particles(number)
         colliders = self.collider_meshes(number)
         # Glass throws no shadow.
@@ -274,16 +293,16 @@ class Stage:
             self.draw_field_lines(number)
         if self.look["floor.show"]:
             self.draw_floor(light)
+        for (kind, place), (_, display) in self.things.items():
+            if place >= self.present[kind]:
+                display.Visibility = 0
         self.view.ViewTime = self.series.times[number]
         self.clock.Text = f"t = {self.series.times[number]:.4g} s" if self.look["picture.time"] else ""
 
     def draw_spheres(self, particles, light):
         normals = particle_normals(particles, numpy.asarray(self.camera[0], float))
         colors = self.particle_colors(particles) * light.brightness(particles.position, normals)[0][:, None]
-        display = self.show(poly_data(particles.position, bytes_of(colors)))
-        display.SetRepresentationType("Point Gaussian")
-        display.ShaderPreset = "Custom"
-        display.CustomShader = SPHERE_SHADER
+        display = self.show_lit(poly_data(particles.position, bytes_of(colors)), "spheres")
         display.GaussianRadius = 0.5 * self.look["particles.radius"] * particles.spacing
 
     def draw_surfaces(self, particles, light):
@@ -300,7 +319,7 @@ class Stage:
             camera = numpy.asarray(self.camera[0], float)
             factor, highlight = light.brightness(surface.points, surface.normals, camera)
             colors = colors * factor[:, None] + self.look["surface.gloss"] * highlight[:, None]
-            self.show(poly_data(surface.points, bytes_of(colors), surface.triangles))
+            self.show_lit(poly_data(surface.points, bytes_of(colors), surface.triangles))
 
     # --- colliders and floor --------------------------------------------------------------------------------------------
 
@@ -329,7 +348,7 @@ class Stage:
         look = self.look
         color = numpy.array([rgb(look["colliders.colors"].get(name, look["colliders.color"]))], numpy.float32)
         colors = color * light.brightness(points, normals)[0][:, None]
-        self.show(poly_data(points, bytes_of(colors), triangles), self.opacity(name))
+        self.show_lit(poly_data(points, bytes_of(colors), triangles), opacity=self.opacity(name))
 
     def draw_floor(self, light):
         look, (lower, upper) = self.look, self.domain
@@ -363,21 +382,20 @@ class Stage:
         array = numpy_to_vtk(bytes_of(color + fade * (background - color)), deep=True)
         array.SetName("color")
         data.GetPointData().SetScalars(array)
-        self.show(data)
+        self.show_lit(data)
         if look["floor.outline"]:
             self.draw_outline()
 
     def draw_outline(self):
+        def prepare(display):
+            display.SetRepresentationType("Outline")
+            display.AmbientColor = display.DiffuseColor = (0.65, 0.66, 0.70)
+            display.LineWidth = 1.0
         lower, upper = self.domain
-        size = [u - l for l, u in zip(lower, upper)]
-        box = self.simple.Box(XLength=size[0], YLength=size[1], ZLength=size[2],
-                              Center=[0.5 * (l + u) for l, u in zip(lower, upper)])
-        outline = self.simple.Show(box, self.view)
-        outline.SetRepresentationType("Outline")
-        outline.AmbientColor = outline.DiffuseColor = (0.65, 0.66, 0.70)
-        outline.LineWidth = 1.0
-        self.shown.append(box)
-
+        box = vtkCubeSource()
+        box.SetBounds(lower[0], upper[0], lower[1], upper[1], lower[2], upper[2])
+        box.Update()
+        self.show(box.GetOutput(), "outline", prepare)
 
     def draw_field_lines(self, number):
         """Lines of B through a lattice of points in a plane, as far as the box of the field reaches."""
@@ -401,14 +419,13 @@ class Stage:
         tracer.SetMaximumPropagation(2.0 * self.reach)
         tracer.SetInitialIntegrationStep(0.5)
         tracer.Update()
-        source = self.simple.TrivialProducer()
-        source.GetClientSideObject().SetOutput(tracer.GetOutput())
-        display = self.simple.Show(source, self.view)
-        self.simple.ColorBy(display, None)
-        display.AmbientColor = display.DiffuseColor = rgb(self.look["field_lines.color"])
-        display.Ambient, display.Diffuse, display.Specular = 1.0, 0.0, 0.0
-        display.LineWidth = self.look["field_lines.width"]
-        self.shown.append(source)
+
+        def prepare(display):
+            self.simple.ColorBy(display, None)
+            display.AmbientColor = display.DiffuseColor = rgb(self.look["field_lines.color"])
+            display.Ambient, display.Diffuse, display.Specular = 1.0, 0.0, 0.0
+            display.LineWidth = self.look["field_lines.width"]
+        self.show(tracer.GetOutput(), "field lines", prepare)
 
 
 def nice_distance(length):
