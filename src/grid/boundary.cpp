@@ -181,6 +181,22 @@ double collider_speed(const GridGeometry& grid, const std::vector<Collider>& col
   return fastest;
 }
 
+std::vector<MirrorPair> mirror_pairs(const GridGeometry& grid, int f, const std::vector<Int3>& nodes) {
+  std::vector<std::pair<Int3, LocalIndex>> front;
+  for (std::size_t n = 0; n < nodes.size(); ++n)
+    if (cells_inside(grid, f, nodes[n]) == 1) front.emplace_back(nodes[n], static_cast<LocalIndex>(n));
+  std::sort(front.begin(), front.end());
+  std::vector<MirrorPair> pairs;
+  for (std::size_t n = 0; n < nodes.size(); ++n) {
+    if (cells_inside(grid, f, nodes[n]) != -1) continue;
+    Int3 image = nodes[n];
+    image[static_cast<std::size_t>(f / 2)] += f % 2 == 0 ? 2 : -2;
+    const auto found = std::lower_bound(front.begin(), front.end(), std::pair(image, LocalIndex{0}));
+    if (found != front.end() && found->first == image) pairs.push_back({static_cast<LocalIndex>(n), found->second});
+  }
+  return pairs;
+}
+
 std::vector<NodeImage> node_images(const GridGeometry& grid, const Faces& faces, const std::vector<Int3>& nodes) {
   check_faces(grid, faces);
   std::vector<NodeImage> result;
@@ -188,20 +204,9 @@ std::vector<NodeImage> node_images(const GridGeometry& grid, const Faces& faces,
     const Face& face = faces[static_cast<std::size_t>(f)];
     const NodesBehind behind = behaviour(face.kind).behind;
     if (behind == NodesBehind::free) continue;
-    std::vector<std::pair<Int3, LocalIndex>> front;
-    for (std::size_t n = 0; n < nodes.size(); ++n)
-      if (cells_inside(grid, f, nodes[n]) == 1) front.emplace_back(nodes[n], static_cast<LocalIndex>(n));
-    std::sort(front.begin(), front.end());
     Vec3 sign = Vec3::Constant(behind == NodesBehind::reversed ? -1.0 : 1.0);
     sign[f / 2] = -1.0;
-    for (std::size_t n = 0; n < nodes.size(); ++n) {
-      if (cells_inside(grid, f, nodes[n]) != -1) continue;
-      Int3 image = nodes[n];
-      image[static_cast<std::size_t>(f / 2)] += f % 2 == 0 ? 2 : -2;
-      const auto found = std::lower_bound(front.begin(), front.end(), std::pair(image, LocalIndex{0}));
-      if (found != front.end() && found->first == image)
-        result.push_back({static_cast<LocalIndex>(n), found->second, sign, face.velocity, f});
-    }
+    for (const MirrorPair& pair : mirror_pairs(grid, f, nodes)) result.push_back({pair.behind, pair.front, sign, face.velocity, f});
   }
   return result;
 }

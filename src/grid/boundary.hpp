@@ -55,6 +55,14 @@ struct NodeImage {
   std::int32_t face = -1;  ///< its number
 };
 
+/// A node one cell behind a face, and the one as far in front of it: indices into the caller's node array.
+struct MirrorPair {
+  LocalIndex behind, front;
+};
+
+/// Those of face `f` of which both are among the caller's nodes. `nodes[n]`: grid indices of the n-th. Not collective.
+std::vector<MirrorPair> mirror_pairs(const GridGeometry& grid, int f, const std::vector<Int3>& nodes);
+
 /// The constraints of all nodes with signed distance <= 0 to a wall or separating collider, or <= 3/4 of a cell to a sticky
 /// or slip collider, by what does not move. `nodes[n]`: grid indices of the caller's n-th node. Faces first, then colliders,
 /// in their order; a node under several constraints gets the list twice, so that corners are consistent. Not collective.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ranges>
 
 #include "bulkley/base/pack.hpp"
 
@@ -46,14 +47,23 @@ Gathered Crowding::of_block() {
 void Crowding::fit(const Exchange& exchange) {
   if (fullness_.empty()) return;
   const auto active = exchange.active_nodes();
-  near_walls_ = node_volumes(physics_.grid, physics_.faces, physics_.colliders, exchange.active_positions());
+  const std::vector<Int3> nodes = exchange.active_positions();
+  near_walls_ = node_volumes(physics_.grid, physics_.faces, physics_.colliders, nodes);
   for (NodeVolume& near : near_walls_) near.node = active[static_cast<std::size_t>(near.node)];
+  behind_walls_.clear();
+  for (int f = 0; f < 6; ++f)
+    if (behaviour(physics_.faces[static_cast<std::size_t>(f)].kind).contact)
+      for (const MirrorPair& pair : mirror_pairs(physics_.grid, f, nodes))
+        behind_walls_.push_back({active[static_cast<std::size_t>(pair.behind)], active[static_cast<std::size_t>(pair.front)]});
 }
 
+// A node behind a wall is as full as the one in front, or a full cell would look half empty from the wall. Faces in reverse, as for
+// velocities: what is behind two of them takes what the other has in front.
 void Crowding::find_fullness(std::span<const LocalIndex> active, Node* nodes) const {
   if (fullness_.empty()) return;
   for (const LocalIndex n : active) nodes[n].c[3] *= inverse_full_mass_;
   for (const NodeVolume& near : near_walls_) nodes[near.node].c[3] /= near.part;
+  for (const MirrorPair& pair : std::views::reverse(behind_walls_)) nodes[pair.behind].c[3] = nodes[pair.front].c[3];
 }
 
 void Crowding::find_moving(double time, const RigidContact* bodies) {

@@ -19,10 +19,10 @@ class Crowding {
   /// `physics` must outlive this. Fluids whose volume is a matter of cells take part. Particles come in blocks of `block_size`.
   Crowding(const Physics& physics, LocalIndex block_size);
 
-  /// Finds the nodes near walls of new pools. Not collective.
+  /// Finds the nodes near walls and behind them of new pools. Not collective.
   void fit(const Exchange& exchange);
-  /// {-, m} of the owned nodes `active` -> {-, m over what the node has room for}, in materials of the largest density of all. Not
-  /// collective.
+  /// {-, m} of the owned nodes `active` -> {-, m over what the node has room for}, in materials of the largest density of all; nodes
+  /// behind faces as those in front of them. Not collective.
   void find_fullness(std::span<const LocalIndex> active, Node* nodes) const;
 
   /// Where g2p leaves the fullness around the particles of a block; nowhere if no material takes part. Not collective.
@@ -40,7 +40,8 @@ class Crowding {
   std::size_t memory() const {
     std::size_t reals = fullness_.capacity() + voids_.capacity();
     for (const std::vector<double>& slopes : slopes_) reals += slopes.capacity();
-    return near_walls_.capacity() * sizeof(NodeVolume) + reals * sizeof(double) + takes_part_.capacity();
+    return near_walls_.capacity() * sizeof(NodeVolume) + behind_walls_.capacity() * sizeof(MirrorPair) +
+           reals * sizeof(double) + takes_part_.capacity();
   }
 
  private:
@@ -62,8 +63,9 @@ class Crowding {
   std::vector<Moving> moving_;          ///< of `find_moving`, as the two below
   std::vector<Pose> body_poses_;
   const RigidContact* bodies_ = nullptr;
-  std::vector<NodeVolume> near_walls_;  ///< owned nodes
-  double inverse_full_mass_;            ///< of a node far from walls, 1/kg
+  std::vector<NodeVolume> near_walls_;    ///< owned nodes
+  std::vector<MirrorPair> behind_walls_;  ///< likewise
+  double inverse_full_mass_;              ///< of a node far from walls, 1/kg
 };
 
 }  // namespace bulkley

@@ -188,5 +188,37 @@ TEST(Crowding, ThereAreNoVoidsBesideMovingColliders) {
   EXPECT_GT(missing(Vec3::Zero(), 1.9, 0.0), 0.0) << "at rest, its room is known";
 }
 
+// Four cells of fluid, 27 particles in each, that press on a floor and are sheared. Their volume ratios after ten steps.
+std::vector<double> ratios_of_full_layer(FaceKind floor, bool close_voids) {
+  SolverScene scene = empty_scene({.close_voids = close_voids}, {4, 4, 8}, {true, true, false});
+  Physics& physics = scene.physics;
+  physics.shares_dilation = {0, 1};
+  physics.gravity = {0.0, 0.0, -9.81};
+  physics.faces[4].kind = floor;
+  const double spacing = physics.grid.cell_size / 3.0;
+  ParticleSet& set = scene.particles;
+  set.resize(12 * 12 * 12);
+  for (int p = 0; p < set.size(); ++p) {
+    const Vec3 place = spacing * Vec3(p % 12 + 0.5, p / 12 % 12 + 0.5, p / 144 + 0.5);
+    place_particle(set, p, physics.grid.lower + place, std::pow(spacing, 3));
+    set.material()[p] = 1;
+    set.real(Field::volume_ratio)[p] = 0.995;
+    set.set_vector(Field::velocity, p, {5.0 * place[2], 0.0, 0.0});
+  }
+  const Comm self(MPI_COMM_SELF);
+  const auto solver = solver_of(self, scene, partition_of(self, scene, PartitionMethod::ranges));
+  TimeStepState state;
+  double time = 0.0;
+  for (int step = 0; step < 10; ++step) time += solver->step({time, 1.0}, state).plan.dt;
+  const ParticleSet after = gathered(self, solver->particles());
+  return {after.real(Field::volume_ratio), after.real(Field::volume_ratio) + after.size()};
+}
+
+// Nodes behind a face that let particles near it look into emptiness would make a void of every floor.
+TEST(Crowding, AFullLayerHasNoVoids) {
+  for (const FaceKind floor : {FaceKind::sticky, FaceKind::slip, FaceKind::separating})
+    EXPECT_EQ(ratios_of_full_layer(floor, true), ratios_of_full_layer(floor, false)) << static_cast<int>(floor);
+}
+
 }  // namespace
 }  // namespace bulkley::crowding_mpi_test
