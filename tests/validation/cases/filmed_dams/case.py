@@ -118,7 +118,10 @@ class FilmedDams(Case):
                   "the camera's eye would throw on the floor, for the film and for the particles. `t0` is the one shift of "
                   "time (-10 to 30 ms) that brings the run nearest to the film. `voids open`: runs with `transfer.close_voids = false`, as all were "
                   "before 1 December 2026, in which fluids leave empty what fronts do on floors ([figures](theory.md#voids-at-floors)). With the "
-                  "default, which fills it, the fifth box without a gate, the fourth and fifth on 1 mm with `imex`, any with both a gate and `imex` on 1 mm, four times the modulus and finer cells have not been run. "
+                  "default, which fills it, the fifth box without a gate on 1 mm, the fourth and fifth on finer cells and with four times the modulus, the same two on 1 mm with `imex`, "
+                  "and any with both a gate and `imex` on 1 mm have not been run. "
+                  "Runs of commit 876382747c and earlier took nodes behind the floor for empty and closed more than there is: frame 8 of ten runs on 2 mm and of two on 1 mm is 0.002 to 0.011 "
+                  "farther since ([theory](theory.md#voids-at-floors)). "
                   "Runs of commit 48accef28b and earlier ones sheared sauces on the floor in whole cells (`transfer.thin_layers = false`): with thin shear layers frame 8 of "
                   "nine runs on 2 mm differs by at most 0.001 ([decision 014](decisions/014-thin-shear-layers.md)).")
         for scheme in schemes:
