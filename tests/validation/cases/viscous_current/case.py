@@ -72,7 +72,7 @@ class ViscousCurrent(Case):
         sheet.say("`voids open`: runs with `transfer.close_voids = false`, as all were before 1 December 2026. What the front lays down then leaves the "
                   "lowest half cell half empty, so that the layer stands too high and is dragged too little "
                   "([figures](theory.md#voids-at-floors)). By default it is filled, and the drop follows "
-                  "the law.At the end the mean depth is 3.5 mm. The law is that of a thin layer; here the mean "
+                  "the law. At the end the mean depth is 3.5 mm. The law is that of a thin layer; here the mean "
                   "depth over the radius falls from 0.13 to 0.05 during the comparison.")
         sheet.table(["transfer", "cells", "radius at 0.3 s, cm", "1 s", "2 s", "mean constant", "largest error",
                      "at the end", "particles",
