@@ -12,8 +12,6 @@ namespace {
 
 constexpr double least_fullness = 0.95;  // of (V6)
 constexpr double clear_cells = 2.0;      // from what moves, whose room is not known
-// Beyond 1 the explicit step would pull. The implicit pressure takes it for what a cell has to lose in the step.
-constexpr double largest_ratio = 1.0, largest_implicit_ratio = 1.01;
 
 bool takes_part(const Physics& physics, std::size_t m) {
   const bool of_cells = physics.volumetric_laws.empty() ? !physics.shares_dilation.empty() && physics.shares_dilation[m]
@@ -85,20 +83,18 @@ bool Crowding::near_moving(const Vec3& x) const {
 // A void has material over it: the fullness rises from the floor by what is missing. A film thinner than a cell is not full either, but
 // there it falls. Where densities differ, all that is there counts as if it were as light as the particle: then less is missing,
 // never more.
-void Crowding::find_voids(const ParticleSet& particles, ParticleBlock block) {
+void Crowding::find_voids(const ParticleSet& particles, ParticleBlock block, const double* pressures) {
   if (voids_.empty()) return;
   const LocalIndex end = std::min(block.end, particles.size());
   const double* const J = particles.real(Field::volume_ratio);
-  const double* const stress = physics_.volumetric_laws.empty() ? nullptr : particles.real(Field::cell_mean_stress);
   const std::uint8_t* const material = particles.material();
   std::fill_n(voids_.begin(), end - block.begin, 0.0);
   for (const Floor& floor : floors_) {
     const double* const x = particles.real(Field::position, floor.axis);
     const double* const slope = slopes_[floor.axis].data();
     for (LocalIndex p = block.begin; p < end; ++p) {
-      const bool presses = stress ? stress[p] < 0.0 : J[p] < 1.0;
-      if (!presses || std::abs(floor.height(x[p])) >= physics_.grid.cell_size) continue;
       const auto k = static_cast<std::size_t>(p - block.begin);
+      if (!(pressures[k] > 0.0) || std::abs(floor.height(x[p])) >= physics_.grid.cell_size) continue;
       const double lightness = lightness_[material[p]];
       const double missing = std::min(least_fullness - lightness * fullness_[k] * J[p], lightness * floor.upwards * slope[k]);
       if (missing > 0.0 && !near_moving(particles.vector(Field::position, p))) voids_[k] = missing;
@@ -108,7 +104,7 @@ void Crowding::find_voids(const ParticleSet& particles, ParticleBlock block) {
 
 Room Crowding::of_material(std::size_t m) const {
   if (!takes_part_[m]) return {};
-  return {fullness_.data(), voids_.empty() ? nullptr : voids_.data(), physics_.volumetric_laws.empty() ? largest_ratio : largest_implicit_ratio};
+  return {fullness_.data(), voids_.empty() ? nullptr : voids_.data()};
 }
 
 void Crowding::spare(const char* carried, ParticleBlock block, LocalIndex n_particles) {

@@ -30,8 +30,9 @@ class Crowding {
   /// With `close_voids`: where moving colliders are at `time`, s, and rigid bodies, if there are any. Not collective.
   void find_moving(double time, const RigidContact* bodies);
   /// With `close_voids`: finds how much is missing around particles of a block that press on a floor within a cell of them, a face on
-  /// which their weight lies; nothing near what moves. Once g2p has left what it gathers and moved them. Not collective.
-  void find_voids(const ParticleSet& particles, ParticleBlock block);
+  /// which their weight lies, by the block's `pressures` (FloorPressure); nothing near what moves. Once g2p has left what it gathers and
+  /// moved them. Not collective.
+  void find_voids(const ParticleSet& particles, ParticleBlock block, const double* pressures);
   /// Takes out of a block what inflows carry: `carried` by particle, or null. Not collective.
   void spare(const char* carried, ParticleBlock block, LocalIndex n_particles);
   /// For the stress update of a material; nothing if it takes no part. Not collective.

@@ -27,6 +27,7 @@ ExplicitStep::ExplicitStep(StepParts& parts)
       impulses_(splits_                           ? Impulses::apart
                 : parts.physics.separate_energies ? Impulses::both
                                                   : Impulses::joined),
+      floor_pressure_(parts.physics, block_size),
       crowding_(parts.physics, block_size),
       layers_(parts.physics, block_size),
       received_(parts.contact.no_impulses()) {
@@ -255,7 +256,8 @@ void ExplicitStep::nodes_to_particles(double dt, StepBounds& local) {
         g2p(physics.grid, transfer, grid.layout(), grid.map(), dt, pool_.data(), particles, local, block,
             crowding_.of_block());
       if (parts_.feeds.any()) parts_.feeds.carry(gradient, particles, local, block);
-      crowding_.find_voids(particles, block);
+      floor_pressure_.find(dt, particles, block);
+      crowding_.find_voids(particles, block, floor_pressure_.of_block());
       crowding_.spare(parts_.feeds.carried(), block, particles.size());
       parts_.after_move(block);
     }
@@ -263,7 +265,7 @@ void ExplicitStep::nodes_to_particles(double dt, StepBounds& local) {
     {
       const PhaseTimer timer(parts_.times, Phase::stress_update);
       if (parts_.feeds.any()) parts_.feeds.hide_spin(gradient, particles);
-      layers_.find(dt, particles, block);
+      layers_.find(particles, block, floor_pressure_.of_block());
       double begin = MPI_Wtime();
       for (std::size_t m = 0; m < physics.materials.size(); ++m) {
         stress_update(physics.materials[m].material, static_cast<std::uint8_t>(m), gradient, dt, particles, local, block,
@@ -295,7 +297,7 @@ std::span<const Node> ExplicitStep::node_velocities(double time) {
 
 std::size_t ExplicitStep::memory() const {
   return (pool_.capacity() + velocity_.capacity() + change_.capacity()) * sizeof(Node) +
-         pairs_.capacity() * sizeof(NodePair) + crowding_.memory() + layers_.memory() + (dilation_ ? dilation_->memory() : 0) +
+         pairs_.capacity() * sizeof(NodePair) + floor_pressure_.memory() + crowding_.memory() + layers_.memory() + (dilation_ ? dilation_->memory() : 0) +
          (pressure_ ? pressure_->memory() : 0) + (viscosity_ ? viscosity_->memory() : 0);
 }
 

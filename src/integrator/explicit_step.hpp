@@ -7,6 +7,7 @@
 
 #include "integrator/cell_dilation.hpp"
 #include "integrator/crowding.hpp"
+#include "integrator/floor_pressure.hpp"
 #include "integrator/implicit_pressure.hpp"
 #include "integrator/implicit_viscosity.hpp"
 #include "integrator/integrator.hpp"
@@ -55,6 +56,7 @@ class ExplicitStep : public Integrator {
   NodePairVector pairs_;  ///< of the pool, unless impulses_ are joined
   NodeVector velocity_;   ///< {m v, m}, then {v, m} of the owned nodes
   NodeVector change_;     ///< {dt f, -}, then the change of velocity in the step; unless impulses_ are joined
+  FloorPressure floor_pressure_;
   Crowding crowding_;
   ShearLayers layers_;
   std::unique_ptr<CellDilation> dilation_;      ///< none where every particle keeps its own volume

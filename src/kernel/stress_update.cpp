@@ -16,7 +16,7 @@ namespace {
 
 // (V5). Particles that a flow mixes surround one another unevenly, by less than a tenth. Of a larger excess no more than a fifth goes in a
 // shear of one, or else the pressure that takes it away is noise.
-constexpr double tolerated_fullness = 1.1, decay_by_shear = 5.0, fastest_decay = 0.2;
+constexpr double tolerated_fullness = 1.1, decay_by_shear = 5.0, fastest_decay = 0.2, largest_spread = 1.01;
 
 // What one call finds. Plain numbers, apart from StepBounds: the compiler's choice of products to fuse in the loop below, and with it
 // the last bits of the stress, depends on all code that is inlined there, and bookkeeping shall not change it.
@@ -174,10 +174,10 @@ Pack crowded(Pack J, Pack fullness, const Tensor<Pack>& L, double dt) {
   return J / (1.0 + shear_of(L, dt) * minimum(decay_by_shear * (excess * excess), broadcast<Pack>(fastest_decay)));
 }
 
-// J of particles that have more room than it says: what is missing decays with the shear, as far as `most` allows (V6).
-Pack spread(Pack J, Pack missing, double most, const Tensor<Pack>& L, double dt) {
+// J of particles that have more room than it says: what is missing decays with the shear, (V6).
+Pack spread(Pack J, Pack missing, const Tensor<Pack>& L, double dt) {
   if (!any(missing > broadcast<Pack>(0.0))) return J;
-  return minimum(J * (1.0 + shear_of(L, dt) * missing), maximum(J, broadcast<Pack>(most)));
+  return minimum(J * (1.0 + shear_of(L, dt) * missing), maximum(J, broadcast<Pack>(largest_spread)));
 }
 
 // Flattened: every call below is inlined here, so that this file's floating-point options hold for all of it.
@@ -230,7 +230,7 @@ template <class Law>
     if constexpr (Law::flows) {
       Pack& J = state.volume_ratio;
       if (room.fullness) J = select(mine, crowded(J, load(room.fullness + (p - block.begin)), L, dt), J);
-      if (room.missing) J = select(mine, spread(J, load(room.missing + (p - block.begin)), room.largest_ratio, L, dt), J);
+      if (room.missing) J = select(mine, spread(J, load(room.missing + (p - block.begin)), L, dt), J);
     }
 
     Tensor<Pack> f;

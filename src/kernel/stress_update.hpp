@@ -14,7 +14,6 @@ namespace bulkley {
 struct Room {
   const double* fullness = nullptr;  ///< the mass around it over what there is room for
   const double* missing = nullptr;   ///< how much less than full it is there, where there should be no room
-  double largest_ratio = 1.0;        ///< to which a volume ratio may grow by what is missing
 };
 
 /// Advances the particles with material index `material_index` in `block` by dt.

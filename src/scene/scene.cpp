@@ -75,8 +75,8 @@ std::optional<Need> need_of(Field field, const Scene& scene) {
   if (field == Field::cell_mean_stress)  // the derived field `pressure` contains it
     return Need{time.integrator == IntegratorKind::imex, "time.integrator = \"imex\"", false};
   if (field == Field::layer_pressure)
-    return Need{shears_in_layers(scene) && time.integrator == IntegratorKind::explicit_step,
-                "transfer.thin_layers, the explicit step, a sticky floor and a fluid with a yield stress", false};
+    return Need{lies_on_floors(scene) && time.integrator == IntegratorKind::explicit_step,
+                "transfer.close_voids or transfer.thin_layers, the explicit step, a floor and a fluid", false};
   if (field == Field::viscous_stress)
     return Need{time.viscosity == ViscosityKind::implicit_stress, "time.viscosity = \"implicit\"", false};
   if (field == Field::magnetic_force) return Need{scene.magnetics.has_value(), "[magnetics]", true};
@@ -199,11 +199,10 @@ void resolve_mesh_files(const std::string& scene_file, Scene& scene) {
 
 }  // namespace
 
-bool shears_in_layers(const Scene& scene) {
-  const auto yields = [](const NamedMaterial& named) { return has_yield_stress(named.material); };
-  const auto sticks = [](const Floor& floor) { return floor.kind == FaceKind::sticky; };
-  return scene.transfer.thin_layers && std::ranges::any_of(scene.materials, yields) &&
-         std::ranges::any_of(floors_of(scene.grid, scene.faces, scene.gravity), sticks);
+bool lies_on_floors(const Scene& scene) {
+  const auto is_fluid = [](const NamedMaterial& named) { return flows(named.material) && volumetric_law(named.material); };
+  return (scene.transfer.close_voids || scene.transfer.thin_layers) && std::ranges::any_of(scene.materials, is_fluid) &&
+         !floors_of(scene.grid, scene.faces, scene.gravity).empty();
 }
 
 Scene parse_scene(const std::string& text, const std::string& file_name, const std::vector<std::string>& overrides) {

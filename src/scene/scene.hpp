@@ -93,9 +93,9 @@ void check_magnetics(const Scene& scene);
 /// colliders' meshes. Not collective (the same on every rank).
 void check_gauges(const Scene& scene);
 
-/// Whether some fluid shears in layers that may be thinner than a cell (docs/theory.md, "Thin shear layers"): one with a yield stress, over a
-/// sticky floor, where `transfer.thin_layers` is on. Not collective.
-bool shears_in_layers(const Scene& scene);
+/// Whether the pressure with which fluids lie on floors matters (docs/theory.md, "Voids at floors" and "Thin shear layers"): there are both,
+/// and `transfer.close_voids` or `transfer.thin_layers` is on. Not collective.
+bool lies_on_floors(const Scene& scene);
 
 /// Name of a collider, front or gauge as the names of its columns in history.csv begin. Not collective.
 std::string column_prefix(const std::string& name);

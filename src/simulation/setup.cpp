@@ -90,7 +90,7 @@ OptionalFields optional_fields(const Scene& scene) {
   OptionalFields fields = internal_fields(explicit_materials(scene));
   if (scene.transfer.needs_velocity_gradient()) fields.insert(Field::velocity_gradient);
   if (scene.time_stepping.integrator == IntegratorKind::imex) fields.insert(Field::cell_mean_stress);
-  else if (shears_in_layers(scene))
+  else if (lies_on_floors(scene))
     fields.insert(Field::layer_pressure);
   if (scene.time_stepping.viscosity == ViscosityKind::implicit_stress) fields.insert(Field::viscous_stress);
   if (scene.magnetics) fields.insert(Field::magnetic_force);

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "integrator/floor_pressure.hpp"
 #include "support/solver_run.hpp"
 
 namespace bulkley::shear_layers_mpi_test {
@@ -49,8 +50,10 @@ ParticleSet particles_at(const std::vector<Place>& places, const Physics& physic
 }
 
 std::vector<double> falls_of(const Physics& physics, ParticleSet& particles, std::size_t material) {
+  FloorPressure pressure(physics, block_size);
+  pressure.find(1e-3, particles, {0, block_size});
   ShearLayers layers(physics, block_size);
-  layers.find(1e-3, particles, {0, block_size});
+  layers.find(particles, {0, block_size}, pressure.of_block());
   const double* const falls = layers.of_material(material);
   return falls ? std::vector<double>(falls, falls + particles.size()) : std::vector<double>{};
 }
@@ -102,44 +105,6 @@ TEST(ShearLayers, AreOnFloorsOverhead) {
   const double dx = physics.grid.cell_size;
   ParticleSet particles = particles_at({{2, physics.grid.upper()[2] - 0.5 * dx, 1, 4.5 * dx, 0.0}}, physics);
   EXPECT_NEAR(falls_of(physics, particles, 1)[0], 0.1, 1e-12);
-}
-
-// With an implicit pressure it is the cells' stress that counts.
-TEST(ShearLayers, TakeThePressureOfCells) {
-  Physics physics = physics_of_three();
-  for (NamedMaterial& named : physics.materials) {
-    physics.volumetric_laws.push_back(volumetric_law(named.material));
-    named.material = without_volumetric_law(named.material);
-  }
-  const double dx = physics.grid.cell_size;
-  ParticleSet particles(OptionalFields{Field::cell_mean_stress});
-  particles.resize(1);
-  particles.set_vector(Field::position, 0, physics.grid.lower + Vec3(4.0, 4.0, 0.5) * dx);
-  particles.material()[0] = 1;
-  particles.real(Field::volume_ratio)[0] = 1.0;
-  particles.real(Field::cell_mean_stress)[0] = -2000.0 * 8.0 * 4.5 * dx;
-  EXPECT_NEAR(falls_of(physics, particles, 1)[0], 0.1, 1e-12);
-}
-
-// A layer in which sound goes up and down with all of its pressure: what is left of it is a tenth.
-TEST(ShearLayers, DoNotFollowSound) {
-  Physics physics = physics_of_three();
-  const GridGeometry& grid = physics.grid;
-  const double dx = grid.cell_size, depth = 5.0 * dx, speed = std::sqrt(1e5 / 2000.0), dt = 0.2 * dx / speed, pi = std::acos(-1.0);
-  ParticleSet particles(OptionalFields{Field::layer_pressure});
-  particles.resize(1);
-  particles.set_vector(Field::position, 0, grid.lower + Vec3(4.0, 4.0, 0.5) * dx);
-  particles.material()[0] = 1;
-  ShearLayers layers(physics, block_size);
-  double smallest = 1.0, largest = 0.0;
-  for (int step = 0; step < 4000; ++step) {
-    const double pressure = 2000.0 * 8.0 * 4.5 * dx * (1.0 + std::sin(0.5 * pi * speed / depth * step * dt));
-    particles.real(Field::volume_ratio)[0] = 1.0 - pressure / 1e5;
-    layers.find(dt, particles, {0, block_size});
-    if (step > 2000) smallest = std::min(smallest, layers.of_material(1)[0]), largest = std::max(largest, layers.of_material(1)[0]);
-  }
-  EXPECT_NEAR(smallest, 0.1, 0.012);
-  EXPECT_NEAR(largest, 0.1, 0.012);
 }
 
 }  // namespace
