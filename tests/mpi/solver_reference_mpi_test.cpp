@@ -1,4 +1,4 @@
-// ranks: 1 2 3 4 8
+// ranks: 1 3 8
 // The real solver, on any number of ranks, against the plain serial reference, step by step.
 #include <gtest/gtest.h>
 
