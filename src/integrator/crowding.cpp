@@ -13,16 +13,11 @@ namespace {
 constexpr double least_fullness = 0.95;  // of (V6)
 constexpr double clear_cells = 2.0;      // from what moves, whose room is not known
 
-bool takes_part(const Physics& physics, std::size_t m) {
-  const bool of_cells = physics.volumetric_laws.empty() ? !physics.shares_dilation.empty() && physics.shares_dilation[m]
-                                                        : physics.volumetric_laws[m].has_value();
-  return of_cells && flows(physics.materials[m].material);
-}
-
 }  // namespace
 
 Crowding::Crowding(const Physics& physics, LocalIndex block_size) : physics_(physics) {
-  for (std::size_t m = 0; m < physics.materials.size(); ++m) takes_part_.push_back(takes_part(physics, m));
+  for (std::size_t m = 0; m < physics.materials.size(); ++m)
+    takes_part_.push_back(physics.keeps_volume_of_cells(m) && flows(physics.materials[m].material));
   const double dx = physics.grid.cell_size;
   inverse_full_mass_ = 1.0 / (physics.largest_density() * dx * dx * dx);
   if (std::ranges::count(takes_part_, 1) == 0) return;

@@ -15,14 +15,14 @@ constexpr double depths_of_sound = 8.0;  // over which pressures are means: two 
 
 FloorPressure::FloorPressure(const Physics& physics, LocalIndex block_size)
     : reach_(reach_of_floors(physics.grid, physics.transfer.order)), fluids_(physics.materials.size()) {
-  if (!physics.transfer.close_voids && !physics.transfer.thin_layers) return;
   floors_ = floors_of(physics.grid, physics.faces, physics.gravity);
   if (floors_.empty()) return;
-  const bool implicit = !physics.volumetric_laws.empty();
   for (std::size_t m = 0; m < fluids_.size(); ++m) {
     const Material& material = physics.materials[m].material;
-    const std::optional<VolumetricLaw> law = implicit ? std::nullopt : volumetric_law(material);
-    if (!flows(material) || (!implicit && !law)) continue;
+    const bool fills = physics.transfer.close_voids && physics.keeps_volume_of_cells(m);
+    const bool shears = physics.transfer.thin_layers && has_yield_stress(material);
+    if (!flows(material) || !(fills || shears)) continue;
+    const std::optional<VolumetricLaw> law = physics.volumetric_laws.empty() ? volumetric_law(material) : std::nullopt;
     const double density = rest_density(material);
     fluids_[m] = Fluid{density, law, law ? std::sqrt(law->slope(1.0) / density) : 0.0};
     pressures_.resize(static_cast<std::size_t>(block_size) + n_lanes);

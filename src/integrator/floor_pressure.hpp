@@ -13,7 +13,7 @@ namespace bulkley {
 
 class FloorPressure {
  public:
-  /// Finds nothing unless `close_voids` or `thin_layers` asks for it. Particles come in blocks of `block_size`.
+  /// For fluids that fill voids (`close_voids`) or shear in layers (`thin_layers`). Particles come in blocks of `block_size`.
   FloorPressure(const Physics& physics, LocalIndex block_size);
 
   /// Finds the pressures of a block's fluids within reach of the nodes that a floor holds, from positions and the state before the stress
@@ -34,7 +34,7 @@ class FloorPressure {
 
   double reach_;  ///< m, of the nodes that a floor holds
   std::vector<Floor> floors_;
-  std::vector<std::optional<Fluid>> fluids_;  ///< by material; none if it is no fluid
+  std::vector<std::optional<Fluid>> fluids_;  ///< by material; none if it does neither
   std::vector<double> pressures_;             ///< by particle of a block; empty without floors or fluids
 };
 

@@ -52,6 +52,10 @@ struct Physics {
 
   /// Whether the volume of some material is that of cells, not of particles: by an implicit pressure or by shared dilation.
   bool keeps_volume_of_cells() const { return !volumetric_laws.empty() || !shares_dilation.empty(); }
+  /// Likewise that of material m.
+  bool keeps_volume_of_cells(std::size_t m) const {
+    return volumetric_laws.empty() ? !shares_dilation.empty() && shares_dilation[m] : volumetric_laws[m].has_value();
+  }
   /// Of all materials, kg/m^3; 0 without any.
   double largest_density() const {
     double density = 0.0;

@@ -200,9 +200,14 @@ void resolve_mesh_files(const std::string& scene_file, Scene& scene) {
 }  // namespace
 
 bool lies_on_floors(const Scene& scene) {
-  const auto is_fluid = [](const NamedMaterial& named) { return flows(named.material) && volumetric_law(named.material); };
-  return (scene.transfer.close_voids || scene.transfer.thin_layers) && std::ranges::any_of(scene.materials, is_fluid) &&
-         !floors_of(scene.grid, scene.faces, scene.gravity).empty();
+  const auto fills = [](const NamedMaterial& named) { return flows(named.material) && volumetric_law(named.material); };
+  const auto yields = [](const NamedMaterial& named) { return has_yield_stress(named.material); };
+  const auto sticks = [](const Floor& floor) { return floor.kind == FaceKind::sticky; };
+  const TransferSettings& transfer = scene.transfer;
+  const std::vector<Floor> floors = floors_of(scene.grid, scene.faces, scene.gravity);
+  const bool voids = transfer.close_voids && transfer.dilation != Dilation::particle && std::ranges::any_of(scene.materials, fills);
+  const bool layers = transfer.thin_layers && std::ranges::any_of(scene.materials, yields) && std::ranges::any_of(floors, sticks);
+  return !floors.empty() && (voids || layers);
 }
 
 Scene parse_scene(const std::string& text, const std::string& file_name, const std::vector<std::string>& overrides) {

@@ -93,8 +93,8 @@ void check_magnetics(const Scene& scene);
 /// colliders' meshes. Not collective (the same on every rank).
 void check_gauges(const Scene& scene);
 
-/// Whether the pressure with which fluids lie on floors matters (docs/theory.md, "Voids at floors" and "Thin shear layers"): there are both,
-/// and `transfer.close_voids` or `transfer.thin_layers` is on. Not collective.
+/// Whether the pressure with which fluids lie on floors matters: some fill voids there, or shear in layers (docs/theory.md, "Voids at floors"
+/// and "Thin shear layers"). Not collective.
 bool lies_on_floors(const Scene& scene);
 
 /// Name of a collider, front or gauge as the names of its columns in history.csv begin. Not collective.

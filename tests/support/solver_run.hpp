@@ -205,9 +205,8 @@ inline ParticleSet share_of(const Comm& comm, const ParticleSet& all, OptionalFi
 inline OptionalFields fields_of(const Physics& physics) {
   OptionalFields fields = internal_fields(physics.materials);
   if (physics.transfer.needs_velocity_gradient()) fields.insert(Field::velocity_gradient);
-  const bool weighs = physics.transfer.close_voids || physics.transfer.thin_layers;
   if (!physics.volumetric_laws.empty()) fields.insert(Field::cell_mean_stress);
-  else if (weighs && !floors_of(physics.grid, physics.faces, physics.gravity).empty())
+  else if (!floors_of(physics.grid, physics.faces, physics.gravity).empty())
     fields.insert(Field::layer_pressure);
   return fields;
 }
