@@ -16,7 +16,9 @@ namespace {
 
 // (V5). Particles that a flow mixes surround one another unevenly, by less than a tenth. Of a larger excess no more than a fifth goes in a
 // shear of one, or else the pressure that takes it away is noise.
-constexpr double tolerated_fullness = 1.1, decay_by_shear = 5.0, fastest_decay = 0.2, largest_spread = 1.01;
+constexpr double tolerated_fullness = 1.1, decay_by_shear = 5.0, fastest_decay = 0.2;
+// (V6). An implicit pressure takes it for what a cell has to lose in the step; the explicit step pulls until the cell has lost it.
+constexpr double largest_spread = 1.01;
 
 // What one call finds. Plain numbers, apart from StepBounds: the compiler's choice of products to fuse in the loop below, and with it
 // the last bits of the stress, depends on all code that is inlined there, and bookkeeping shall not change it.

@@ -64,10 +64,10 @@ TEST_F(EnergyBudgetTest, ClosesWithAnImplicitPressure) {
                                       << (all_laws ? " all laws" : " contact"));
       SolverScene scene = all_laws ? every_law_scene(transfer) : contact_scene(transfer);
       make_implicit(scene.physics);
-      const Ran shared = run(comm, scene, 12);
+      const Ran shared = run(comm, scene, 30);
       EXPECT_LT(imbalance(shared.account), 1e-12);
       EXPECT_GT(shared.account.dissipated, 0.0);
-      EXPECT_EQ(shared.words, run(self, scene, 12).words);
+      EXPECT_EQ(shared.words, run(self, scene, 30).words);
     }
 }
 
@@ -93,10 +93,10 @@ TEST_F(EnergyBudgetTest, SeparateTermsCloseWithAnImplicitPressure) {
       transfer.scheme = scheme;
       SolverScene scene = all_laws ? every_law_scene(transfer) : contact_scene(transfer);
       make_implicit(scene.physics);
-      expect_separate(std::move(scene), 12, true);
+      expect_separate(std::move(scene), 30, true);
       SolverScene box = periodic_scene(transfer, {8, 8, 8}, {true, true, true});
       make_implicit(box.physics);
-      expect_separate(std::move(box), 12, false);
+      expect_separate(std::move(box), 30, false);
     }
 }
 
