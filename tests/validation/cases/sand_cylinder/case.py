@@ -121,7 +121,7 @@ class SandCylinder(Case):
                 axis.axvspan(1.0 + run_out(aspect) * (1 - SCATTER), 1.0 + run_out(aspect) * (1 + SCATTER), color="0.92", lw=0)
                 axis.plot([0.0, 1.0, 1.0], [aspect, aspect, 0.0], ":", color="0.5", lw=1.0, label="at the start")
                 axis.set(xlabel="r/r_0", ylabel="height/r_0", title=f"a = {aspect:g}", xlim=(0.0, None), ylim=(0.0, None))
-            axes[1].legend(frameon=False, fontsize="small")
+                axis.legend(frameon=False, fontsize="x-small")
         sheet.picture(self.name, "Deposits, mean over rings; triangles: where the fits to experiments end them; shaded: 25 % of the run-out.",
                       draw, 3, 1, (4.2, 3.2))
 
