@@ -115,9 +115,9 @@ def dissipated_above(run, flow, rate):
     return power[True] / (power[True] + power[False])
 
 
-def simulated(film, record, shift=0.0):
-    """Reach of a record at the film's times, `shift` later in the run, m."""
-    return numpy.interp(film.time + shift, record["time"], record["reach"])
+def simulated(film, record, shift=0.0, of="reach"):
+    """Reach, or the near edge, of a record at the film's times, `shift` later in the run, m."""
+    return numpy.interp(film.time + shift, record["time"], record[of])
 
 
 def best_shift(film, record):
