@@ -80,7 +80,7 @@ class MartinMoyce(Case):
         within = all(abs(slope) <= SLOPE and front <= FRONT and height <= HEIGHT for _, (slope, _, front, height) in found)
         values = ", ".join(f"{100 * slope:+.1f} %, {front:.3f} and {height:.3f} {'with `imex`' if is_imex(record) else 'with the explicit step'}"
                            for record, (slope, _, front, height) in found)
-        return (f" With a sticky floor, which has no gates of its own, the default transfer {'is within' if within else 'misses one of'} all three "
+        return (f" With a sticky floor, which has no gates of its own, the default transfer is {'' if within else 'not '}within all three "
                 f"on {FINE} cells: {values}, against {100 * SLOPE:g} %, {FRONT:g} and {HEIGHT:g}.")
 
     def judge(self, records, sheet):
