@@ -32,7 +32,7 @@ Crowding::Crowding(const Physics& physics, LocalIndex block_size) : physics_(phy
 
 Gathered Crowding::of_block() {
   if (fullness_.empty()) return {};
-  Gathered gathered{fullness_.data(), {}};
+  Gathered gathered{.value = fullness_.data()};
   for (const Floor& floor : floors_) gathered.slope[floor.axis] = slopes_[floor.axis].data();
   return gathered;
 }

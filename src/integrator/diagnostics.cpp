@@ -124,10 +124,6 @@ double elastic_energy(const Physics& physics, const ParticleSet& particles, Loca
   return particles.real(Field::reference_volume)[p] * density;
 }
 
-double affine_inertia(const GridGeometry& grid, const TransferSettings& transfer) {
-  return transfer.affine() ? grid.cell_size * grid.cell_size / inverse_second_moment(grid.order) : 0.0;
-}
-
 Diagnostics diagnose(const Comm& comm, const Physics& physics, const ParticleSet& particles) {
   std::vector<double> whether_flows;
   for (const NamedMaterial& named : physics.materials) whether_flows.push_back(flows(named.material) ? 1.0 : 0.0);

@@ -8,10 +8,6 @@
 
 namespace bulkley {
 
-/// D of the kinetic energy (m / 2)(|v|^2 + D |C|^2) of a particle, m^2; 0 for transfers without an affine part. Not
-/// collective.
-double affine_inertia(const GridGeometry& grid, const TransferSettings& transfer);
-
 /// What particle p stores, J: the energy of its law and, under an implicit pressure p, V p^2 / (2 kappa). Not collective.
 double elastic_energy(const Physics& physics, const ParticleSet& particles, LocalIndex p);
 

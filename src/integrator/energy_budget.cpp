@@ -7,7 +7,6 @@
 
 #include "bulkley/base/error.hpp"
 #include "bulkley/base/pack.hpp"
-#include "kernel/batch.hpp"
 #include "kernel/stress_update.hpp"
 #include "parallel/reproducible_sum.hpp"
 
@@ -15,7 +14,7 @@ namespace bulkley {
 
 namespace {
 
-// Addends of nodes and particles are formed in blocks that BinnedSum reads from the first-level cache.
+// Addends of nodes are formed in blocks that BinnedSum reads from the first-level cache.
 constexpr std::size_t sum_block = 1024;
 using Block = double[sum_block];
 
@@ -29,14 +28,25 @@ double kinetic_energy(const ParticleSet& particles, LocalIndex p, double inertia
   return 0.5 * particles.mass(p) * (particles.vector(Field::velocity, p).squaredNorm() + inertia * affine);
 }
 
-// Calls fill(n, i) for every node n of `active` in blocks, i being its place in the block, then done(size).
+// Calls fill(at, i) for n_lanes nodes of `active` after the other, `at` being where their numbers begin, for gather_rows, and i the place of
+// the first in its block; then done(size) for the block. Lanes past the end repeat the last node.
 template <class Fill, class Done>
-void by_blocks(std::span<const LocalIndex> active, Fill fill, Done done) {
+[[gnu::flatten]] void by_blocks(std::span<const LocalIndex> active, Fill fill, Done done) {
   for (std::size_t first = 0; first < active.size(); first += sum_block) {
-    const std::size_t size = std::min(sum_block, active.size() - first);
-    for (std::size_t i = 0; i < size; ++i) fill(active[first + i], i);
-    done(size);
+    const auto block = active.subspan(first, std::min(sum_block, active.size() - first));
+    for (std::size_t i = 0; i < block.size(); i += n_lanes) {
+      PackMask at{};
+      for (std::size_t lane = 0; lane < n_lanes; ++lane) at[lane] = 4 * std::int64_t{block[std::min(i + lane, block.size() - 1)]};
+      fill(at, i);
+    }
+    done(block.size());
   }
+}
+
+// Of nodes that move; 0 for the others.
+Pack inverse_of(Pack mass, double smallest_mass) {
+  const PackMask moves = mass > broadcast<Pack>(smallest_mass);
+  return select(moves, 1.0 / select(moves, mass, broadcast<Pack>(1.0)), Pack{});
 }
 
 }  // namespace
@@ -115,24 +125,24 @@ void EnergyBudget::before_kick(const GridUpdate& update, std::span<const LocalIn
   BULKLEY_ASSERT(active.empty() || combined_ == (impulse == nullptr));
   if (combined_) return;
   const Vec3 fall = update.dt * update.gravity;
-  Block before, kick;
+  alignas(sizeof(Pack)) Block before, kick;
   by_blocks(
       active,
-      [&](LocalIndex n, std::size_t i) {
-        const double* q = nodes[n].c;
-        const double* f = impulse[n].c;
-        const double mass = q[3];
-        double energy = 0.0, work = 0.0;
+      [&](PackMask at, std::size_t i) {
+        Pack q[4], f[4];
+        gather_rows(nodes->c, at, q);
+        gather_rows(impulse->c, at, f);
+        const Pack mass = q[3];
+        Pack energy{}, work{};
         for (int a = 0; a < 3; ++a) {
-          const double start = update.joined ? q[a] - f[a] : q[a];
-          const double given = f[a] + mass * fall[a];
+          const Pack start = update.joined ? q[a] - f[a] : q[a];
+          const Pack given = f[a] + mass * fall[a];
           energy += start * start;
           work += given * (start + 0.5 * given);
         }
-        const bool moves = mass > update.smallest_mass;
-        const double inverse = moves ? 1.0 / mass : 0.0;
-        before[i] = moves ? -0.5 * energy * inverse : 0.0;
-        kick[i] = moves ? work * inverse : 0.0;
+        const Pack inverse = inverse_of(mass, update.smallest_mass);
+        store(before + i, -0.5 * energy * inverse);
+        store(kick + i, work * inverse);
       },
       [&](std::size_t size) {
         trial_[to_grid].add({before, size});
@@ -143,15 +153,17 @@ void EnergyBudget::before_kick(const GridUpdate& update, std::span<const LocalIn
 void EnergyBudget::later_kick(const GridUpdate& update, std::span<const LocalIndex> active, const Node* nodes,
                               const Node* impulses) {
   if (combined_) return;
-  Block kick;
+  alignas(sizeof(Pack)) Block kick;
   by_blocks(
       active,
-      [&](LocalIndex n, std::size_t i) {
-        const double* v = nodes[n].c;
-        const double* f = impulses[n].c;
-        kick[i] = 0.0;
-        if (!(v[3] > update.smallest_mass)) return;
-        for (int a = 0; a < 3; ++a) kick[i] += f[a] * (v[a] + 0.5 * (f[a] / v[3]));
+      [&](PackMask at, std::size_t i) {
+        Pack v[4], f[4];
+        gather_rows(nodes->c, at, v);
+        gather_rows(impulses->c, at, f);
+        const Pack inverse = inverse_of(v[3], update.smallest_mass);
+        Pack work{};
+        for (int a = 0; a < 3; ++a) work += f[a] * (v[a] + 0.5 * inverse * f[a]);
+        store(kick + i, select(inverse > Pack{}, work, Pack{}));
       },
       [&](std::size_t size) {
         trial_[kicks].add({kick, size});
@@ -161,13 +173,14 @@ void EnergyBudget::later_kick(const GridUpdate& update, std::span<const LocalInd
 void EnergyBudget::after_contact(const GridUpdate& update, std::span<const LocalIndex> active, const Node* nodes) {
   const Vec3 fall = update.dt * update.gravity;
   const bool falls = !fall.isZero(0.0);
-  Block energy, work;
+  alignas(sizeof(Pack)) Block energy, work;
   by_blocks(
       active,
-      [&](LocalIndex n, std::size_t i) {
-        const double* v = nodes[n].c;
-        energy[i] = (0.5 * v[3]) * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-        work[i] = v[3] * (v[0] * fall[0] + v[1] * fall[1] + v[2] * fall[2]);
+      [&](PackMask at, std::size_t i) {
+        Pack v[4];
+        gather_rows(nodes->c, at, v);
+        store(energy + i, (0.5 * v[3]) * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]));
+        if (falls) store(work + i, v[3] * (v[0] * fall[0] + v[1] * fall[1] + v[2] * fall[2]));
       },
       [&](std::size_t size) {
         trial_[from_grid].add({energy, size});
@@ -196,7 +209,10 @@ void EnergyBudget::after_contact(const GridUpdate& update, std::span<const Local
 }
 
 void EnergyBudget::accept(const ParticleSet& particles) {
-  if (!knows_kinetic_) add_moved(particles, {});
+  for (LocalIndex p = 0; !knows_kinetic_ && p < particles.size(); ++p) {
+    const double energy = kinetic_energy(particles, p, inertia_);
+    sums_[kinetic].add({&energy, 1});
+  }
   knows_kinetic_ = true;
   for (std::size_t k = 0; k < sums_.size(); ++k) sums_[k].merge(trial_[k]);
   sums_[to_grid].merge(sums_[kinetic]);
@@ -225,35 +241,12 @@ void EnergyBudget::add_force_work(std::size_t force, Field field, const Particle
   sums_[force_term(force)].add(works);
 }
 
-void EnergyBudget::add_moved(const ParticleSet& particles, ParticleBlock block) {
-  const LocalIndex end = std::min(block.end, particles.size());
-  const MassColumn mass(particles);
-  const double* v[3];
-  const double* affine[9];
-  for (int a = 0; a < 3; ++a) v[a] = particles.real(Field::velocity, a);
-  for (int c = 0; c < 9; ++c) affine[c] = particles.real(Field::affine_velocity, c);
-  alignas(sizeof(Pack)) Block energy;
-  for (LocalIndex first = block.begin; first < end; first += static_cast<LocalIndex>(sum_block)) {
-    const LocalIndex size = std::min<LocalIndex>(static_cast<LocalIndex>(sum_block), end - first);
-    for (LocalIndex i = 0; i < size; i += n_lanes) {
-      const LocalIndex p = first + i;
-      Pack sum{};
-      if (inertia_ > 0.0) {
-        for (const double* column : affine) {
-          const Pack value = load(column + p);
-          sum += value * value;
-        }
-        sum *= inertia_;
-      }
-      for (const double* column : v) {
-        const Pack value = load(column + p);
-        sum += value * value;
-      }
-      store(energy + i, (0.5 * mass(p)) * sum);
-    }
-    sums_[kinetic].add({energy, static_cast<std::size_t>(size)});
-  }
+double* EnergyBudget::room_for_moved(LocalIndex size) {
+  moved_.resize(static_cast<std::size_t>(size) + n_lanes);
+  return moved_.data();
 }
+
+void EnergyBudget::add_moved(LocalIndex size) { sums_[kinetic].add({moved_.data(), static_cast<std::size_t>(size)}); }
 
 void EnergyBudget::end_step(const ParticleSet& particles, std::span<const LocalIndex> removed) {
   sums_[from_grid].subtract(sums_[kinetic]);
@@ -279,7 +272,7 @@ ParticleEnergies EnergyBudget::energies_of(const ParticleSet& particles, LocalIn
 void EnergyBudget::add_carried(std::size_t feed, const ParticleEnergies& changes) {
   sums_[fed_term(feed)].add({&changes.kinetic, 1});
   sums_[fed_term(feed) + 1].add({&changes.elastic, 1});
-  sums_[from_grid].add({&changes.kinetic, 1});  // which is taken to be what the particles have afterwards
+  for (const Term term : {from_grid, kinetic}) sums_[term].add({&changes.kinetic, 1});
 }
 
 void EnergyBudget::add_fed(std::size_t feed, const ParticleEnergies& energies) {
@@ -338,7 +331,7 @@ bool EnergyBudget::set_words(const Comm& comm, std::span<const std::int64_t> wor
 
 std::size_t EnergyBudget::memory() const {
   std::size_t total = (sums_.capacity() + trial_.capacity()) * sizeof(BinnedSum) + contact_.memory() +
-                      impulse_before_.capacity() * sizeof(Vec3);
+                      impulse_before_.capacity() * sizeof(Vec3) + moved_.capacity() * sizeof(double);
   for (const auto& impulses : force_impulses_) total += impulses.capacity() * sizeof(Vec3);
   return total;
 }

@@ -91,12 +91,14 @@ class EnergyBudget {
   /// Around the motion of a block, where a force acts on particles: the work of force number `force`, which `field` holds, N.
   void before_move(const ParticleSet& particles, ParticleBlock block);
   void add_force_work(std::size_t force, Field field, const ParticleSet& particles, ParticleBlock block);
-  void add_moved(const ParticleSet& particles, ParticleBlock block);
+  /// Where g2p leaves the kinetic energies of a block of at most `size` particles, and that it has done so for that many.
+  double* room_for_moved(LocalIndex size);
+  void add_moved(LocalIndex size);
   void end_step(const ParticleSet& particles, std::span<const LocalIndex> removed);
 
   /// Of particle p, for the next two. Not collective.
   ParticleEnergies energies_of(const ParticleSet& particles, LocalIndex p) const;
-  /// Before `add_moved` of its block: a feed has changed the energies of a particle by those. Not collective.
+  /// After g2p of its block: a feed has changed the energies of a particle by those. Not collective.
   void add_carried(std::size_t feed, const ParticleEnergies& changes);
   /// After end_step: a feed has brought in a particle with these energies, or with their opposites taken one out. Not collective.
   void add_fed(std::size_t feed, const ParticleEnergies& energies);
@@ -138,6 +140,7 @@ class EnergyBudget {
   std::vector<Vec3> impulse_before_;               // of active nodes
   std::vector<std::vector<Vec3>> force_impulses_;  // by force on nodes, of active nodes
   std::array<std::vector<double>, 3> start_;       // of a block: positions before its motion
+  std::vector<double> moved_;                      // likewise: kinetic energies after it
 };
 
 }  // namespace bulkley

@@ -242,6 +242,8 @@ void ExplicitStep::nodes_to_particles(double dt, StepBounds& local) {
     splits_ ? dilation_->find_dilation(dt, pairs_.data()) : dilation_->find_dilation(dt, pool_.data());
     means = dilation_->means();
   }
+  Gathered gathered = crowding_.of_block();
+  gathered.kinetic_energy = parts_.budget.room_for_moved(block_size);
   grid.begin_move();
   for (LocalIndex first = 0; first < particles.size(); first += block_size) {
     const ParticleBlock block{first, first + block_size};
@@ -251,10 +253,10 @@ void ExplicitStep::nodes_to_particles(double dt, StepBounds& local) {
       parts_.before_move(block);
       if (splits_)
         g2p(physics.grid, transfer, grid.layout(), grid.map(), dt, share, pairs_.data(), particles, local, block,
-            crowding_.of_block());
+            gathered);
       else
         g2p(physics.grid, transfer, grid.layout(), grid.map(), dt, pool_.data(), particles, local, block,
-            crowding_.of_block());
+            gathered);
       if (parts_.feeds.any()) parts_.feeds.carry(gradient, particles, local, block);
       floor_pressure_.find(dt, particles, block);
       crowding_.find_voids(particles, block, floor_pressure_.of_block());

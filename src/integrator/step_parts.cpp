@@ -69,7 +69,7 @@ void StepParts::before_move(ParticleBlock block) {
 void StepParts::after_move(ParticleBlock block) {
   if (const ForceField force = force_on_particles())
     budget.add_force_work(*forced_by_, force->field, particles.particles(), block);
-  budget.add_moved(particles.particles(), block);
+  budget.add_moved(std::min(block.end, particles.particles().size()) - block.begin);
 }
 
 void StepParts::add_later_impulses(const GridUpdate& update, Node* impulses, Node* nodes, Node* change) {

@@ -138,6 +138,7 @@ struct Arguments {
   double dt;
   double kept_share;  // of the residual
   const NodeType* nodes;
+  double inertia = 0.0;  // of affine motion
   Gathered gathered = {};
 };
 
@@ -350,15 +351,20 @@ class Update {
       for (int c = 0; c < 9; ++c) velocity_gradient_->store(p, motion.gradient[c], c);
 
     const Pack speed_squared = squares(motion.velocity);
-    Pack reach = square_root(speed_squared);
+    Pack reach = square_root(speed_squared), kinetic = speed_squared;
     if constexpr (moments)
-      if (arg_.transfer.affine()) reach += square_root(squares(motion.affine)) * (moment_sum_ratio(order) * arg_.cell_size);
+      if (arg_.transfer.affine()) {
+        const Pack affine_squared = squares(motion.affine);
+        reach += square_root(affine_squared) * (moment_sum_ratio(order) * arg_.cell_size);
+        kinetic += arg_.inertia * affine_squared;
+      }
     include_lanes(speed_, speed_squared, id_ + p, n);
     include_lanes(velocity_gradient_extreme_, squares(motion.gradient), id_ + p, n);
     // Lanes past the end hold no particle and no mass.
     const Pack mass = mass_(p);
     mass_max_ = maximum(mass_max_, mass);
     momentum_max_ = maximum(momentum_max_, mass * reach);
+    if (arg_.gathered.kinetic_energy) store(arg_.gathered.kinetic_energy + place, 0.5 * mass * kinetic);
   }
 
   void merge_into(StepBounds& bounds) const {
@@ -435,8 +441,9 @@ template <class NodeType>
 Arguments<NodeType> arguments(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout,
                               const CellMap& map, double dt, double kept_share, const NodeType* nodes,
                               const Gathered& gathered = {}) {
+  const double inertia = affine_inertia(grid, transfer);
   return {CellFrame(grid), grid.cell_size, transfer, layout.row_offsets().data(), map.cell.data(), dt,
-          kept_share,      nodes,          gathered};
+          kept_share,      nodes,          inertia,  gathered};
 }
 
 }  // namespace

@@ -6,16 +6,18 @@
 
 namespace bulkley {
 
-/// What g2p leaves of a fourth quantity n_i of the nodes, by particle of a block, with n_lanes entries more than it has; null: nothing.
+/// What g2p leaves besides, by particle of a block, with n_lanes entries more than it has; null: nothing. The first two are of a fourth
+/// quantity n_i of the nodes.
 struct Gathered {
-  double* value = nullptr;  ///< sum_i w_ip n_i
-  double* slope[3] = {};    ///< along an axis, per cell: by the transfer's moments, if it has them, or by the spline's gradient
+  double* value = nullptr;           ///< sum_i w_ip n_i
+  double* slope[3] = {};             ///< along an axis, per cell: by the transfer's moments, if it has them, or by the spline's gradient
+  double* kinetic_energy = nullptr;  ///< J, of the new motion, with that of C_p where the transfer is affine (affine_inertia)
 };
 
 /// Updates velocity (T6, T7), affine_velocity (C_p = B_p D_p^-1, (T8), damped by (T9); also kept, unused by p2g, where the
 /// transfer is not affine but L_p is read from it), velocity_gradient where the transfer needs it, and position (T10): x_p
 /// += dt v_pic, always with the interpolated grid velocity. Merges speed, velocity_gradient, mass and momentum into `bounds`. Only
-/// particles of `block`. `nodes`: {v_i, n_i} after forces and boundaries; `gathered`: where to leave what they have of n_i.
+/// particles of `block`. `nodes`: {v_i, n_i} after forces and boundaries; `gathered`: where to leave more.
 /// Precondition: !transfer.keeps_residual(). Not collective.
 void g2p(const GridGeometry& grid, const TransferSettings& transfer, const PoolLayout& layout, const CellMap& map, double dt,
          const Node* nodes, ParticleSet& particles, StepBounds& bounds, ParticleBlock block = {},

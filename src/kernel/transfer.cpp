@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "kernel/bspline.hpp"
+
 namespace bulkley {
 
 double TransferSettings::decay_rate(double cell_size, const MotionBounds& motion, double shear_wave_speed) const {
@@ -24,6 +26,10 @@ double TransferSettings::kept_share(double dt, double rate) const {
       break;
   }
   return 0.0;
+}
+
+double affine_inertia(const GridGeometry& grid, const TransferSettings& transfer) {
+  return transfer.affine() ? grid.cell_size * grid.cell_size / inverse_second_moment(grid.order) : 0.0;
 }
 
 }  // namespace bulkley

@@ -56,4 +56,8 @@ struct TransferSettings {
   }
 };
 
+/// D of the kinetic energy (m / 2)(|v|^2 + D |C|^2) of a particle, m^2; 0 for transfers without an affine part. Not
+/// collective.
+double affine_inertia(const GridGeometry& grid, const TransferSettings& transfer);
+
 }  // namespace bulkley

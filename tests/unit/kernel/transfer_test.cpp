@@ -447,5 +447,25 @@ TEST(GridToParticles, GathersTheNodesFourthNumberAndItsSlopeByPlaceInTheBlock) {
   }
 }
 
+TEST(GridToParticles, LeavesTheKineticEnergiesOfTheNewMotion) {
+  for (const TransferSettings& transfer : all_transfers()) {
+    SerialStep run(open_scene(transfer), random_particles(open_scene(transfer), 203, 5, true));
+    run.particles_to_nodes(1e-3);
+    run.update_nodes(1e-3);
+    const double inertia = affine_inertia(run.scene.grid, transfer);
+    EXPECT_EQ(inertia > 0.0, transfer.affine());
+    for (const ParticleBlock block : {ParticleBlock{0, 96}, ParticleBlock{96, 300}}) {
+      std::vector<double> energies(static_cast<std::size_t>(block.end - block.begin) + n_lanes);
+      run.gather(1e-3, block, {.kinetic_energy = energies.data()});
+      for (LocalIndex p = block.begin; p < std::min(block.end, run.particles.size()); ++p) {
+        double square = run.particles.vector(Field::velocity, p).squaredNorm();
+        for (int c = 0; c < 9; ++c) square += inertia * std::pow(run.particles.real(Field::affine_velocity, c)[p], 2);
+        const double expected = 0.5 * run.particles.mass(p) * square;
+        EXPECT_NEAR(energies[static_cast<std::size_t>(p - block.begin)], expected, 1e-14 * expected) << p;
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace bulkley::transfer_test
