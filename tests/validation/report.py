@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Makes docs/validation.md and its pictures from the records of the long validation runs.
 
-    report.py [--new FOLDER]    takes records from FOLDER (build/validation) into tests/validation/results first
+    report.py [--new FOLDER]    takes records from FOLDER (build/validation) into tests/validation/results first, unless younger ones are there
 
 Runs that were not made again keep their shipped records, with their date and commit."""
 
@@ -131,11 +131,16 @@ def listed(text):
 
 
 def take(new, results, names):
-    """Puts the records of `new` among those of `results`."""
+    """Puts the records of `new` among those of `results`, but not in place of younger ones: a build folder keeps what was measured long ago.
+    Returns how many are older."""
+    n_older = 0
     for name in names:
-        records = load(new / f"{name}.json")
-        if records:
-            store(results / f"{name}.json", {**load(results / f"{name}.json"), **records})
+        records, kept = load(new / f"{name}.json"), load(results / f"{name}.json")
+        taken = {label: record for label, record in records.items() if label not in kept or record["date"] >= kept[label]["date"]}
+        n_older += len(records) - len(taken)
+        if taken:
+            store(results / f"{name}.json", {**kept, **taken})
+    return n_older
 
 
 def main():
@@ -146,7 +151,9 @@ def main():
     parser.add_argument("--results", type=pathlib.Path, default=FOLDER / "results")
     parser.add_argument("--docs", type=pathlib.Path, default=root / "docs")
     arguments = parser.parse_args()
-    take(arguments.new, arguments.results, case_names(arguments.cases))
+    n_older = take(arguments.new, arguments.results, case_names(arguments.cases))
+    if n_older:
+        print(f"report.py: left out of {arguments.new}: {n_older} records that are older than those of {arguments.results}")
     pictures = arguments.docs / "pictures/validation"
     shutil.rmtree(pictures, ignore_errors=True)
     pictures.mkdir(parents=True)

@@ -98,10 +98,13 @@ class Page(unittest.TestCase):
     def test_records_are_stored_taken_and_rounded(self):
         with tempfile.TemporaryDirectory() as name:
             new, old = pathlib.Path(name) / "new", pathlib.Path(name) / "old"
-            comparison.store(old / "apple.json", {"a": {"x": 1}, "b": {"x": 2}})
-            comparison.store(new / "apple.json", {"b": {"x": comparison.rounded([3.1234567, float("nan")])}})
-            report.take(new, old, ["apple", "pear"])
-            self.assertEqual(comparison.load(old / "apple.json"), {"a": {"x": 1}, "b": {"x": [3.1235, None]}})
+            early, late = {"date": "2026-01-01 09:30"}, {"date": "2026-01-01 10:00"}
+            comparison.store(old / "apple.json", {"a": {"x": 1, **late}, "b": {"x": 2, **early}, "c": {"x": 3, **late}})
+            fresh = comparison.rounded([3.1234567, float("nan")])
+            comparison.store(new / "apple.json", {"b": {"x": fresh, **late}, "c": {"x": 4, **early}, "d": {"x": 5, **early}})
+            self.assertEqual(report.take(new, old, ["apple", "pear"]), 1)
+            self.assertEqual({label: record["x"] for label, record in comparison.load(old / "apple.json").items()},
+                             {"a": 1, "b": [3.1235, None], "c": 3, "d": 5})
 
     def test_the_default_transfer_is_that_of_the_newest_program(self):
         records = {"a": {"transfer": "apic", "default_transfer": "apic", "date": "2026-01-01 00:00"},

@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """Makes docs/verification.md from the results that the long versions of the verification cases leave in
-build/verification. A case that has not been run anew keeps its part of the page."""
+build/verification. A case that has not been run anew keeps its part of the page, also if an older result of it is still there."""
 
 import argparse
 import json
 import pathlib
+import re
 import shutil
 import sys
 
@@ -90,6 +91,12 @@ def parts_of(text):
     return parts
 
 
+def date_of(part):
+    """The day of the run that a part of the page is of."""
+    found = re.search(r"\. Run on ([\d-]+), commit ", "\n".join(part[1]))
+    return found[1] if found else ""
+
+
 def page(parts):
     lines = [INTRODUCTION, "| Case | Quantity | Error | Order (least) | At most | |", "|---|---|---|---|---|---|"]
     for rows, _ in parts:
@@ -137,8 +144,11 @@ def main():
     target = arguments.docs / "verification.md"
     names = case_names(arguments.cases)
     try:
-        results = load(arguments.results, names)
         parts = parts_of(target.read_text(encoding="utf-8")) if target.exists() else {}
+        results = load(arguments.results, names)
+        for name in [name for name in results if name in parts and results[name]["date"] < date_of(parts[name])]:
+            print(f"report.py: left out: {arguments.results / name}.json, of {results[name]['date']}; the page has a younger run")
+            del results[name]
         parts.update({name: part(result) for name, result in results.items()})
         for name in names:
             if name not in parts:

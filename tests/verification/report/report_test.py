@@ -92,6 +92,11 @@ class Script(unittest.TestCase):
             self.assertEqual(after, before[:pear].replace("It is small.", "It is large.") + before[pear:])
             self.assertTrue((folder / "docs/pictures/verification/pear.png").exists())
 
+            (folder / "results/apple.json").write_text(json.dumps(made_up("apple", date="2026-01-01")))
+            older = subprocess.run(command, check=True, capture_output=True, text=True)
+            self.assertIn("apple.json, of 2026-01-01; the page has a younger run", older.stdout)
+            self.assertEqual((folder / "docs/verification.md").read_text(), after)
+
     def test_a_case_without_results_is_named(self):
         with tempfile.TemporaryDirectory() as name:
             folder = pathlib.Path(name)
