@@ -118,7 +118,7 @@ class FilmedDams(Case):
                   "the camera's eye would throw on the floor, for the film and for the particles. `t0` is the one shift of "
                   "time (-10 to 30 ms) that brings the run nearest to the film. `voids open`: runs with `transfer.close_voids = false`, as all were "
                   "before 1 December 2026, in which fluids leave empty what fronts do on floors ([figures](theory.md#voids-at-floors)). With the "
-                  "default, which fills it, the fifth box has not been run on 0.625 mm (behind a gate on 1 mm it is of an older program), the fourth and fifth not on 1 mm with `imex`, "
+                  "default, which fills it, the fifth box behind a gate on 1 mm is of an older program, the fourth and fifth have not been run on 1 mm with `imex`, "
                   "none with both a gate and `imex` on 1 mm, with a gate below 1 mm, or with the law fitted to 1000 1/s; APIC has been run on 2 mm, at once. Explicit runs before commit bf6c055 filled the less the stiffer the fluid: "
                   "frame 8 of the tall box of chuno sauce came 0.02 to 0.03 farther on 1 and 2 mm. "
                   "Runs of commit 876382747c and earlier took nodes behind the floor for empty and closed more than there is: frame 8 of ten runs on 2 mm and of two on 1 mm is 0.002 to 0.011 "
